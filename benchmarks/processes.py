@@ -1,4 +1,4 @@
-"""What more processes bring: processes.py KSCHUR_MPI [PROBLEM.h5 [--band F1,F2] [--modes N]] [--processes 1,2,4] [--repeats R].
+"""What more processes bring: processes.py KSCHUR_MPI [PROBLEM.h5 [--band F1,F2] [--modes N] [--inner NAME]] [--processes 1,2,4] [--repeats R].
 
 Solves a problem on each number of processes in turns, one thread each, matrices of any size distributed (a band: in groups),
 and prints the least seconds of each phase, the most memory that factors take in a process, and the most that a process held.
@@ -14,7 +14,7 @@ import tempfile
 import time
 
 PHASES = ("total", "analyze", "factorize", "solve", "orthogonalize", "examine", "place", "iterate", "recover", "judge", "other")
-DISTRIBUTED = ["--distribute", "1", "--inner", "mumps"]
+DISTRIBUTED = ["--distribute", "1"]
 
 
 def peaks(program, parent):
@@ -96,6 +96,7 @@ def main():
     parser.add_argument("problem", nargs="?")
     parser.add_argument("--band")
     parser.add_argument("--modes", default="10")
+    parser.add_argument("--inner", default="auto")
     parser.add_argument("--processes", default="1,2,4")
     parser.add_argument("--repeats", type=int, default=3)
     arguments = parser.parse_args()
@@ -104,7 +105,7 @@ def main():
         with tempfile.TemporaryDirectory() as folder:
             show_targets(program, pathlib.Path(folder), arguments.repeats)
         return
-    words = ["--band", arguments.band] if arguments.band else ["--modes", arguments.modes, *DISTRIBUTED]
+    words = ["--band", arguments.band] if arguments.band else ["--modes", arguments.modes, "--inner", arguments.inner, *DISTRIBUTED]
     numbers = [int(word) for word in arguments.processes.split(",")]
     show(arguments.problem, measure(program, [arguments.problem, *words], numbers, arguments.repeats))
 

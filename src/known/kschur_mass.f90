@@ -1,13 +1,11 @@
 !> Whether a mass matrix is semidefinite, and so an inner product on the motions that have mass, and its nullity.
 module kschur_mass
-   use kschur_direct_solver, only: direct_real_type
    use kschur_effort, only: effort_type, for_mass
    use kschur_error, only: error_type
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_magnitudes, only: add_magnitudes
-   use kschur_processes, only: may_be_several
    use kschur_random, only: random_vector
    use kschur_sparse, only: csr_matrix_type
    use kschur_tolerances, only: cancelled, improbable, least_of_mass
@@ -42,7 +40,7 @@ contains
       nullity = count(.not. mass%row_maxima() > 0)
       semidefinite = mass%is_zero()
       if (semidefinite) return
-      if (holds_all_rows(inner)) call bound_smallest_eigenvalue(mass, semidefinite, seems_definite, poor)
+      call bound_smallest_eigenvalue(mass, semidefinite, seems_definite, poor)
       if (semidefinite) return
       if (.not. allocated(inner%counting)) then
          semidefinite = seems_definite
@@ -65,26 +63,14 @@ contains
    end subroutine examine_mass
 
    !> Whether a symmetric matrix is proved positive definite by diagonal dominance or by the Lanczos bound; false: not known.
-   logical function is_definite(matrix, inner)
+   logical function is_definite(matrix)
       type(csr_matrix_type), intent(in) :: matrix
-      type(inner_solvers_type), intent(in) :: inner
       logical :: seems_definite, poor
 
       is_definite = is_dominant(matrix)
-      if (is_definite .or. .not. (holds_all_rows(inner) .and. all(matrix%row_maxima() > 0))) return
+      if (is_definite .or. .not. all(matrix%row_maxima() > 0)) return
       call bound_smallest_eigenvalue(matrix, is_definite, seems_definite, poor)
    end function is_definite
-
-   ! Whether this process alone holds the matrices: otherwise the bound does not apply, and all processes factor the mass together.
-   pure logical function holds_all_rows(inner)
-      type(inner_solvers_type), intent(in) :: inner
-
-      holds_all_rows = .true.
-      select type (solver => inner%unshifted)
-      type is (direct_real_type)
-         holds_all_rows = .not. may_be_several(solver%processes)
-      end select
-   end function holds_all_rows
 
    ! Bounds the smallest eigenvalue of M, on the unknowns that have mass and scaled to unit diagonal, by k Lanczos steps from a
    ! random vector: the smallest Ritz value exceeds it by more than epsilon times the spread of the spectrum with a probability of

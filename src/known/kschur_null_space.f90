@@ -10,7 +10,6 @@ module kschur_null_space
    use kschur_options, only: inner_mumps
    use kschur_orthonormal, only: lengths, orthonormalize, subtract
    use kschur_problem, only: modal_problem_type
-   use kschur_processes, only: may_be_several
    use kschur_random, only: random_vector, state_of_seed
    use kschur_saddle, only: bordered, saddle_structure
    use kschur_singular_vectors, only: right_singular_vectors
@@ -127,8 +126,6 @@ contains
       if (problem%multipliers() > 0) return
       select type (solver => inner%unshifted)
       type is (direct_real_type)
-         ! Several processes share a factorisation by MUMPS, which is not used here.
-         if (may_be_several(solver%processes)) return
          allocate (space%solver, source=solver)
       class default
          return

@@ -1,9 +1,10 @@
-!> Direct solver for real matrices: uses LDL^T for symmetric definite matrices, also with multipliers, and MUMPS for all others
-!> and for joint factorisations by several processes.
+!> Direct solver for real matrices: uses LDL^T for symmetric definite matrices, also with multipliers, and MUMPS for all others;
+!> both by one process or by several.
 module kschur_direct_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, add_context, error_cancelled, error_library, error_memory, &
       error_usage
+   use kschur_joint_ldl, only: joint_ldl_type
    use kschur_kinds, only: wp, long
    use kschur_last_analysis, only: last_analysis_type
    use kschur_ldl, only: ldl_real_type
@@ -42,6 +43,7 @@ module kschur_direct_solver
       procedure :: solve_adjoint
       procedure :: solve_rows
       procedure :: shared_as
+      procedure :: absorb_scaling
       procedure :: estimate
       procedure :: forget_factors
    end type direct_real_type
@@ -66,11 +68,9 @@ contains
       started = clock()
       reason = "as asked"
       ordered = structure
-      if (structure%singular .and. (self%inner == inner_mumps .or. are_several(self%processes, matrix%rows))) then
+      if (structure%singular .and. self%inner == inner_mumps) then
          call new_error(error, error_usage, "MUMPS would take other pivots")
          return
-      else if (self%inner == inner_auto .and. are_several(self%processes, matrix%rows)) then
-         reason = text(self%processes%number)//" processes factor it"
       else if (self%inner /= inner_mumps) then
          ! Frees the memory of earlier factors for LDL.
          if (structure%symmetric .and. allocated(previous)) then
@@ -95,6 +95,8 @@ contains
          end if
          reason = error%message
       end if
+      if (self%inner /= inner_mumps .and. are_several(self%processes, matrix%rows)) &
+         reason = trim(reason)//", "//text(self%processes%number)//" processes factor it"
       if (associated(self%last)) call self%last%drop_room()
       spent = seconds_since(started)
       ! MUMPS may have analysed this pattern.
@@ -138,11 +140,18 @@ contains
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
       class(real_linear_solver_type), allocatable :: ldl
+      type(joint_ldl_type) :: joint
       type(quasi_definite_type) :: saddle
       type(ldl_real_type) :: plain
+      logical :: is_joint
       real(wp) :: backward_error
 
-      if (structure%multipliers > 0 .and. self%refinements == 0) then
+      is_joint = self%inner == inner_auto .and. are_several(self%processes, matrix%rows)
+      if (is_joint) then
+         joint%processes => self%processes
+         joint%last => self%last
+         allocate (ldl, source=joint)
+      else if (structure%multipliers > 0 .and. self%refinements == 0) then
          if (self%inner == inner_auto) saddle%most_entries = low_fill
          saddle%last => self%last
          allocate (ldl, source=saddle)
@@ -156,7 +165,9 @@ contains
       if (.not. allocated(error)) &
          call try_solver(ldl, matrix, structure%multipliers, backward_error, error, self%refinements)
       if (allocated(error)) return
-      if (backward_error > accepted_backward_error) then
+      ! Several processes do not refine the solutions with factors that have lost digits.
+      if (backward_error > merge(above_all_rounding, accepted_backward_error, is_joint .and. structure%multipliers > 0 .and. &
+         self%refinements == 0)) then
          call new_error(error, error_library, "a trial solution has a large residual")
       else
          call move_alloc(ldl, self%solver)
@@ -181,13 +192,17 @@ contains
       type(matrix_structure_type), intent(in) :: structure
       real(wp), intent(out) :: bytes
       type(error_type), allocatable, intent(out) :: error
+      type(joint_ldl_type) :: joint
       type(ldl_real_type) :: ldl
       type(quasi_definite_type) :: quasi_definite
       type(mumps_real_type) :: mumps
 
-      if (self%inner == inner_mumps .or. .not. structure%symmetric .or. are_several(self%processes, pattern%rows)) then
+      if (self%inner == inner_mumps .or. .not. structure%symmetric) then
          mumps%processes => self%processes
          call mumps%estimate(pattern, structure, bytes, error)
+      else if (self%inner == inner_auto .and. are_several(self%processes, pattern%rows)) then
+         joint%processes => self%processes
+         call joint%estimate(pattern, structure, bytes, error)
       else if (structure%multipliers > 0 .and. self%refinements == 0) then
          call quasi_definite%estimate(pattern, structure, bytes, error)
       else
@@ -261,6 +276,15 @@ contains
       shared_as = 0
       if (allocated(self%solver)) shared_as = self%solver%shared_as()
    end function shared_as
+
+   subroutine absorb_scaling(self, scaling, is_absorbed)
+      class(direct_real_type), intent(inout) :: self
+      real(wp), intent(in) :: scaling(:)
+      logical, intent(out) :: is_absorbed
+
+      is_absorbed = allocated(self%solver) .and. .not. allocated(self%matrix)
+      if (is_absorbed) call self%solver%absorb_scaling(scaling, is_absorbed)
+   end subroutine absorb_scaling
 
    subroutine check_factored(self, error)
       class(direct_real_type), intent(in) :: self

@@ -2,6 +2,7 @@
 module kschur_inertia_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, error_cancelled, error_memory, new_error, error_usage
+   use kschur_joint_ldl, only: joint_ldl_type
    use kschur_kinds, only: wp, long
    use kschur_last_analysis, only: analyze_once, last_analysis_type
    use kschur_ldl, only: ldl_real_type
@@ -18,7 +19,7 @@ module kschur_inertia_solver
    public :: inertia_real_type
 
    !> Sets `negative_pivots`, proved by LDL^T without pivoting. If an eigenvalue near zero or growth of the factor prevents the
-   !> proof, or several processes factor jointly, MUMPS counts; `description` says which. -1 if a trial solution shows that the
+   !> proof, MUMPS counts; `description` says which. -1 if a trial solution shows that the
    !> pivots are rounding errors. Keeps no factors: solving is an error (error_usage).
    type, extends(real_linear_solver_type) :: inertia_real_type
       !> Processes that may factor jointly; not associated: this one alone.
@@ -46,7 +47,11 @@ contains
       self%analyze_seconds = 0
       self%factorize_seconds = 0
       proved = .false.
-      if (.not. are_several(self%processes, matrix%rows)) call prove(self, matrix, structure, proved, error)
+      if (are_several(self%processes, matrix%rows)) then
+         call prove_jointly(self, matrix, structure, proved, error)
+      else
+         call prove(self, matrix, structure, proved, error)
+      end if
       if (proved .or. allocated(error)) return
       spent = self%factorize_seconds
       mumps%processes => self%processes
@@ -98,16 +103,48 @@ contains
       self%negative_pivots = least
    end subroutine prove
 
+   ! As `prove`, by several processes.
+   subroutine prove_jointly(self, matrix, structure, proved, error)
+      class(inertia_real_type), intent(inout) :: self
+      type(csr_matrix_type), intent(in) :: matrix
+      type(matrix_structure_type), intent(in) :: structure
+      logical, intent(out) :: proved
+      type(error_type), allocatable, intent(out) :: error
+      type(joint_ldl_type) :: joint
+      integer :: least, most
+
+      proved = .false.
+      joint%processes => self%processes
+      joint%last => self%last
+      joint%monitor => self%monitor
+      call joint%bound_negative(matrix, structure, least, most, error)
+      self%analyze_seconds = joint%analyze_seconds
+      self%factorize_seconds = joint%factorize_seconds
+      if (allocated(error)) then
+         if (all(error%code /= [error_memory, error_cancelled])) deallocate (error)
+         return
+      end if
+      proved = least == most
+      self%description = "ldl: the inertia is proved"
+      self%factor_entries = joint%factor_entries
+      self%null_pivots = 0
+      self%negative_pivots = least
+   end subroutine prove_jointly
+
    subroutine estimate(self, pattern, structure, bytes, error)
       class(inertia_real_type), intent(in) :: self
       type(csr_matrix_type), intent(in) :: pattern
       type(matrix_structure_type), intent(in) :: structure
       real(wp), intent(out) :: bytes
       type(error_type), allocatable, intent(out) :: error
+      type(joint_ldl_type) :: joint
       type(ldl_real_type) :: ldl
       type(mumps_real_type) :: mumps
 
-      if (structure%symmetric .and. .not. are_several(self%processes, pattern%rows)) then
+      if (structure%symmetric .and. are_several(self%processes, pattern%rows)) then
+         joint%processes => self%processes
+         call joint%estimate(pattern, structure, bytes, error)
+      else if (structure%symmetric) then
          call ldl%estimate(pattern, structure, bytes, error)
       else
          mumps%processes => self%processes

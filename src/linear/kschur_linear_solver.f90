@@ -84,6 +84,8 @@ module kschur_linear_solver
       procedure(solve_real), deferred :: solve_adjoint
       !> x := A^{-1} x, x distributed by rows (`joint_ranges_type`): collective over all processes that share the factors.
       procedure :: solve_rows => solve_rows_real
+      !> From now on solves x = D A^{-1} D b, with vectors distributed by rows too, if the solver can do so.
+      procedure :: absorb_scaling
    end type real_linear_solver_type
 
    !> A solver for complex matrices.
@@ -171,6 +173,18 @@ contains
 
       call self%solve(x, error)
    end subroutine solve_rows_real
+
+   subroutine absorb_scaling(self, scaling, is_absorbed)
+      class(real_linear_solver_type), intent(inout) :: self
+      !> D.
+      real(wp), intent(in) :: scaling(:)
+      !> False: the solver cannot.
+      logical, intent(out) :: is_absorbed
+
+      associate (unused => self, also => scaling)
+      end associate
+      is_absorbed = .false.
+   end subroutine absorb_scaling
 
    subroutine solve_rows_complex(self, x, error)
       class(complex_linear_solver_type), intent(inout) :: self

@@ -9,20 +9,37 @@ module kschur_scaled_solver
    public :: scaled_real_type
 
    !> A^{-1} f = D (D A D)^{-1} D f, D a diagonal of powers of two, so that scaling is exact. `factorize` does nothing:
-   !> `factors` must already be those of D A D.
+   !> the factors are those that it has taken.
    type, extends(real_linear_solver_type) :: scaled_real_type
-      !> Of D A D.
-      class(real_linear_solver_type), allocatable :: factors
-      !> D.
-      real(wp), allocatable :: scaling(:)
+      ! Of D A D.
+      class(real_linear_solver_type), allocatable, private :: factors
+      ! D; not allocated: `factors` scales.
+      real(wp), allocatable, private :: scaling(:)
    contains
+      !> Takes over the factors and D.
+      procedure :: take
       procedure :: factorize
       procedure :: solve
       procedure :: solve_adjoint
       procedure :: forget_factors
+      procedure :: shared_as
+      procedure :: solve_rows
    end type scaled_real_type
 
 contains
+
+   subroutine take(self, factors, scaling)
+      class(scaled_real_type), intent(inout) :: self
+      !> Of D A D.
+      class(real_linear_solver_type), allocatable, intent(inout) :: factors
+      !> D.
+      real(wp), allocatable, intent(inout) :: scaling(:)
+      logical :: is_absorbed
+
+      call move_alloc(factors, self%factors)
+      call self%factors%absorb_scaling(scaling, is_absorbed)
+      if (.not. is_absorbed) call move_alloc(scaling, self%scaling)
+   end subroutine take
 
    subroutine factorize(self, matrix, structure, error)
       class(scaled_real_type), intent(inout) :: self
@@ -44,10 +61,10 @@ contains
       real(wp), contiguous, intent(inout) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
 
-      call scale_rows(self%scaling, x)
+      if (allocated(self%scaling)) call scale_rows(self%scaling, x)
       call self%factors%solve(x, error)
       if (allocated(error)) return
-      call scale_rows(self%scaling, x)
+      if (allocated(self%scaling)) call scale_rows(self%scaling, x)
       self%solve_seconds = self%factors%solve_seconds
    end subroutine solve
 
@@ -56,12 +73,29 @@ contains
       real(wp), contiguous, intent(inout) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
 
-      call scale_rows(self%scaling, x)
+      if (allocated(self%scaling)) call scale_rows(self%scaling, x)
       call self%factors%solve_adjoint(x, error)
       if (allocated(error)) return
-      call scale_rows(self%scaling, x)
+      if (allocated(self%scaling)) call scale_rows(self%scaling, x)
       self%solve_seconds = self%factors%solve_seconds
    end subroutine solve_adjoint
+
+   ! Vectors distributed by rows are not scaled here.
+   integer function shared_as(self)
+      class(scaled_real_type), intent(in) :: self
+
+      shared_as = 0
+      if (.not. allocated(self%scaling)) shared_as = self%factors%shared_as()
+   end function shared_as
+
+   subroutine solve_rows(self, x, error)
+      class(scaled_real_type), intent(inout) :: self
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      type(error_type), allocatable, intent(out) :: error
+
+      call self%factors%solve_rows(x, error)
+      self%solve_seconds = self%factors%solve_seconds
+   end subroutine solve_rows
 
    ! x := D x.
    pure subroutine scale_rows(scaling, x)

@@ -2,6 +2,7 @@
 !> for each.
 module kschur_substitution
    use, intrinsic :: iso_c_binding, only: c_double, c_int
+   use kschur_common_supernodes, only: common_supernodes_type
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_fronts, only: supernodal_factors_type
    use kschur_kinds, only: wp
@@ -62,24 +63,33 @@ contains
 
    !> y := L^{-T} D^{-1} L^{-1} y, in elimination order; y has the right-hand sides of an unknown side by side, one or a block.
    !> Independent parts of the tree run in parallel; their updates are added in fixed order.
-   subroutine substitute(symbolic, subtrees, factors, y, error)
+   subroutine substitute(symbolic, subtrees, factors, y, error, common)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
       type(supernodal_factors_type), intent(in) :: factors
       real(wp), contiguous, intent(inout) :: y(:, :)
       type(error_type), allocatable, intent(out) :: error
+      !> The supernodes that several processes share, the last part of `subtrees`: collective then. Their right-hand sides are those
+      !> of the process that leads; in others they are zero.
+      class(common_supernodes_type), optional, intent(in) :: common
       type(update_type), allocatable :: updates(:)
       type(workspace_type), allocatable :: work(:)
       ! Dependencies: forward, a part follows its children; backward, its parent.
-      logical :: turn(size(subtrees%root) + 1)
-      integer :: t, i, status
+      logical :: turn(size(subtrees%root) + 1), failed
+      integer :: own, t, i, status
 
       allocate (updates(size(subtrees%root)), work(team_size()), stat=status)
       do i = 1, team_size()
          if (status == 0) allocate (work(i)%rows(size(y, 1), symbolic%most_rows()), stat=status)
          if (status == 0) allocate (work(i)%above(size(y, 1), subtrees%columns), source=0.0_wp, stat=status)
       end do
-      if (status /= 0) then
+      failed = status /= 0
+      own = size(updates)
+      if (present(common)) then
+         failed = common%any_of(failed)
+         own = count(subtrees%root < common%first)
+      end if
+      if (failed) then
          call new_error(error, error_memory, "no memory for the right-hand sides")
          return
       end if
@@ -87,11 +97,17 @@ contains
       !$omp master
       do i = 1, size(updates)
          t = subtrees%order(i)
+         if (t > own) cycle
          !$omp task firstprivate(t) depend(out: turn(t)) depend(in: turn(subtrees%above(t)))
+         call adopt_updates(symbolic, subtrees, t, y, work(thread_number()), updates)
          call forward_part(symbolic, subtrees, factors, t, y, work(thread_number()), updates)
          !$omp end task
       end do
-      do t = size(updates), 1, -1
+      if (present(common)) then
+         !$omp taskwait
+         call solve_common(symbolic, subtrees, factors, own + 1, y, work(1), updates, common)
+      end if
+      do t = own, 1, -1
          !$omp task firstprivate(t) depend(out: turn(t)) depend(in: turn(subtrees%above(t)))
          call backward_part(symbolic, subtrees, factors, t, y, work(thread_number())%rows)
          !$omp end task
@@ -100,7 +116,46 @@ contains
       !$omp end parallel
    end subroutine substitute
 
-   ! Forward substitution in a part.
+   ! Solves in part t, the common supernodes, of which the process that leads has the factors.
+   subroutine solve_common(symbolic, subtrees, factors, t, y, work, updates, common)
+      type(symbolic_type), intent(in) :: symbolic
+      type(subtrees_type), intent(in) :: subtrees
+      type(supernodal_factors_type), intent(in) :: factors
+      integer, intent(in) :: t
+      real(wp), contiguous, intent(inout) :: y(:, :)
+      type(workspace_type), intent(inout) :: work
+      type(update_type), intent(inout) :: updates(:)
+      class(common_supernodes_type), intent(in) :: common
+
+      if (t > size(updates)) return
+      call adopt_updates(symbolic, subtrees, t, y, work, updates)
+      associate (first => symbolic%first(common%first))
+         call common%sum_rows(y(:, first:))
+         if (common%leads) then
+            call forward_part(symbolic, subtrees, factors, t, y, work, updates)
+            call backward_part(symbolic, subtrees, factors, t, y, work%rows)
+         end if
+         call common%spread_rows(y(:, first:))
+      end associate
+   end subroutine solve_common
+
+   ! Adds the updates of the children of part t.
+   subroutine adopt_updates(symbolic, subtrees, t, y, work, updates)
+      type(symbolic_type), intent(in) :: symbolic
+      type(subtrees_type), intent(in) :: subtrees
+      integer, intent(in) :: t
+      real(wp), contiguous, intent(inout) :: y(:, :)
+      type(workspace_type), intent(inout) :: work
+      type(update_type), intent(inout) :: updates(:)
+      integer :: last, c
+
+      last = symbolic%first(subtrees%root(t) + 1) - 1
+      do c = 1, t - 1
+         if (subtrees%above(c) == t) call add_update(symbolic, subtrees, c, last, updates(c)%values, y, work%above)
+      end do
+   end subroutine adopt_updates
+
+   ! Forward substitution in a part, after the updates of its children.
    subroutine forward_part(symbolic, subtrees, factors, t, y, work, updates)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
@@ -109,12 +164,9 @@ contains
       real(wp), contiguous, intent(inout) :: y(:, :)
       type(workspace_type), intent(inout) :: work
       type(update_type), intent(inout) :: updates(:)
-      integer :: last, c, s
+      integer :: last, s
 
       last = symbolic%first(subtrees%root(t) + 1) - 1
-      do c = 1, t - 1
-         if (subtrees%above(c) == t) call add_update(symbolic, subtrees, c, last, updates(c)%values, y, work%above)
-      end do
       do s = subtrees%first(t), subtrees%root(t)
          call forward(symbolic, factors, s, y, work%rows)
          call subtract(symbolic, subtrees, s, last, work%rows, y, work%above)

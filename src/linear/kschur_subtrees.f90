@@ -38,12 +38,16 @@ contains
 
    !> Partitions the forest. Leaf parts are the largest subtrees of contiguous supernodes with at most 1/`leaves` of all entries;
    !> sibling subtrees under the same part are merged while they stay below that bound together.
-   function cut_subtrees(symbolic) result(subtrees)
+   function cut_subtrees(symbolic, common) result(subtrees)
       type(symbolic_type), intent(in) :: symbolic
+      !> The supernodes from this one on, which are no descendants of others, form the last part; absent: none do.
+      integer, optional, intent(in) :: common
       type(subtrees_type) :: subtrees
-      integer :: s, t, column
+      integer :: from, s, t, column
 
-      call find_parts(symbolic, [(symbolic%parent(s), s=1, size(symbolic%first) - 1)], subtrees)
+      from = size(symbolic%first)
+      if (present(common)) from = common
+      call find_parts(symbolic, [(symbolic%parent(s), s=1, size(symbolic%first) - 1)], from, subtrees)
       call find_order(symbolic, subtrees)
       allocate (subtrees%place(size(symbolic%order)), source=0)
       do t = 1, size(subtrees%root)
@@ -91,10 +95,10 @@ contains
       end associate
    end function entries_of
 
-   ! Finds the parts in one scan of the supernodes from the last to the first.
-   subroutine find_parts(symbolic, parent, subtrees)
+   ! Finds the parts in one scan of the supernodes from the last to the first; those from `common` on are one part.
+   subroutine find_parts(symbolic, parent, common, subtrees)
       type(symbolic_type), intent(in) :: symbolic
-      integer, intent(in) :: parent(:)
+      integer, intent(in) :: parent(:), common
       type(subtrees_type), intent(inout) :: subtrees
       ! Of the subtree of each supernode: entries, number of supernodes, and first one; number of its children that are not
       ! leaves.
@@ -119,6 +123,7 @@ contains
          begin(parent(s)) = min(begin(parent(s)), begin(s))
       end do
       allocate (leaf, source=entries <= total/leaves .and. [(s, s=1, nodes)] - begin + 1 == members)
+      leaf(common:) = .false.
       allocate (branches(nodes), part(nodes), source=0)
       do s = 1, nodes
          if (parent(s) > 0 .and. .not. leaf(s)) branches(parent(s)) = branches(parent(s)) + 1
@@ -129,7 +134,9 @@ contains
       do while (s > 0)
          parts = parts + 1
          ends(s) = .true.
-         if (total < least_entries) then
+         if (s >= common) then
+            low = common
+         else if (total < least_entries) then
             leaf(s) = .true.
             low = 1
          else if (leaf(s)) then

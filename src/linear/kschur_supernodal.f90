@@ -1,9 +1,10 @@
 !> Multifrontal LDL^T without pivoting. Threads share independent parts of the elimination tree, and tiles of panels
 !> above its leaves; neither the partition nor the digits depend on the number of threads.
 module kschur_supernodal
+   use kschur_common_supernodes, only: common_supernodes_type
    use kschur_error, only: error_type, new_error, error_memory
+   use kschur_fronts, only: add_shares, elimination_type, eliminate_supernode, front_type, supernodal_factors_type
    use kschur_kinds, only: wp, long
-   use kschur_fronts, only: elimination_type, eliminate_supernode, front_type, supernodal_factors_type
    use kschur_monitor, only: ask_monitor, is_stopped, monitor_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_subtrees, only: subtrees_type
@@ -21,7 +22,7 @@ contains
 
    !> Factors a symmetric matrix, of which one triangle is read. Stops at a pivot that is zero or NaN; columns that depend on it
    !> are set to zero. With `side`, moves each pivot downwards (-1) or upwards (1) by the bound of the rounding errors.
-   subroutine eliminate(matrix, symbolic, subtrees, side, factors, error, monitor, least, pivots_only)
+   subroutine eliminate(matrix, symbolic, subtrees, side, factors, error, monitor, least, pivots_only, common)
       type(csr_matrix_type), target, intent(in) :: matrix
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), target, intent(in) :: subtrees
@@ -35,34 +36,42 @@ contains
       real(wp), optional, intent(in) :: least
       !> L is not stored.
       logical, optional, intent(in) :: pivots_only
+      !> The supernodes that several processes share, the last part of `subtrees`: collective then. All fail if one has no memory.
+      class(common_supernodes_type), optional, intent(inout) :: common
       type(elimination_type) :: shared
       type(front_type), allocatable :: fronts(:)
-      integer :: status
+      logical :: failed
+      integer :: own, status
 
       if (present(pivots_only)) shared%stores = .not. pivots_only
       allocate (fronts(team_size()), stat=status)
-      if (status == 0) call make_room(symbolic, side, shared%stores, factors, fronts, status)
+      if (status == 0) call make_room(symbolic, side, shared%stores, factors, fronts, status, common)
       if (present(least)) fronts%enclosure%least = least
-      if (status == 0) call set_shared(matrix, symbolic, subtrees, side, shared, status)
+      if (status == 0) call set_shared(matrix, symbolic, subtrees, side, shared, status, common)
       if (status == 0) call make_stacks(shared%plan%entries, fronts, status)
-      if (status /= 0) then
-         call no_memory(error)
-         return
+      failed = status /= 0
+      own = size(subtrees%root)
+      if (present(common)) then
+         failed = common%any_of(failed)
+         own = count(subtrees%root < common%first)
       end if
-      !$omp parallel num_threads(size(fronts)) if (size(subtrees%root) > 1)
-      !$omp master
-      call eliminate_tree(size(subtrees%root) + 1, symbolic, shared, factors, fronts, monitor)
-      !$omp end master
-      !$omp end parallel
+      if (.not. failed) then
+         !$omp parallel num_threads(size(fronts)) if (size(subtrees%root) > 1)
+         !$omp master
+         call eliminate_tree(own + 1, own, symbolic, shared, factors, fronts, monitor)
+         !$omp end master
+         !$omp end parallel
+         if (present(common)) call eliminate_common(symbolic, own, shared, factors, fronts, common)
+      end if
       call drop_updates(shared, fronts)
-      if (shared%no_memory) call no_memory(error)
+      if (failed .or. shared%no_memory) call no_memory(error)
       if (.not. allocated(error)) call ask_monitor(monitor, error)
    end subroutine eliminate
 
-   ! Factors the parts below part t, from the leaves, then part t; a part number beyond the last stands for the whole forest. Depth
-   ! first, so that few update matrices are there at a time.
-   recursive subroutine eliminate_tree(t, symbolic, shared, factors, fronts, monitor)
-      integer, intent(in) :: t
+   ! Factors the parts below part t, from the leaves, then part t, if it is one of the first `own`; the next number stands for all
+   ! that is above these. Depth first, so that few update matrices are there at a time.
+   recursive subroutine eliminate_tree(t, own, symbolic, shared, factors, fronts, monitor)
+      integer, intent(in) :: t, own
       type(symbolic_type), intent(in) :: symbolic
       type(elimination_type), intent(inout) :: shared
       type(supernodal_factors_type), intent(inout) :: factors
@@ -73,14 +82,44 @@ contains
 
       do i = 1, size(shared%subtrees%order)
          c = shared%subtrees%order(i)
-         if (shared%subtrees%above(c) /= t) cycle
+         if (c > own .or. min(shared%subtrees%above(c), own + 1) /= t) cycle
          !$omp task default(shared) firstprivate(c) if (size(fronts) > 1)
-         call eliminate_tree(c, symbolic, shared, factors, fronts, monitor)
+         call eliminate_tree(c, own, symbolic, shared, factors, fronts, monitor)
          !$omp end task
       end do
       !$omp taskwait
-      if (t <= size(shared%subtrees%root)) call eliminate_part(symbolic, t, shared, factors, fronts(thread_number()), monitor)
+      if (t <= own) call eliminate_part(symbolic, t, shared, factors, fronts(thread_number()), monitor)
    end subroutine eliminate_tree
+
+   ! Factors the common supernodes after the first `own` parts: the process that leads has their columns and adds the updates of
+   ! the others. None is factored if a part was stopped in any process.
+   subroutine eliminate_common(symbolic, own, shared, factors, fronts, common)
+      type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: own
+      type(elimination_type), intent(inout) :: shared
+      type(supernodal_factors_type), intent(inout) :: factors
+      !> One for each thread.
+      type(front_type), intent(inout) :: fronts(:)
+      class(common_supernodes_type), intent(inout) :: common
+      logical :: stopped
+      integer :: s
+
+      stopped = common%any_of(any(shared%stopped(:own)) .or. shared%ended .or. shared%no_memory)
+      if (stopped) return
+      !$omp parallel num_threads(size(fronts))
+      !$omp master
+      do s = common%first, size(symbolic%first) - 1
+         if (stopped) then
+            ! Others wait for the exchange.
+            call add_shares(symbolic, s, .true., fronts(1), common)
+         else
+            call eliminate_supernode(symbolic, s, entries_of_panel(symbolic, s) >= least_entries, shared, factors, fronts(1), &
+               stopped, common)
+         end if
+      end do
+      !$omp end master
+      !$omp end parallel
+   end subroutine eliminate_common
 
    subroutine no_memory(error)
       type(error_type), allocatable, intent(out) :: error
@@ -142,19 +181,23 @@ contains
       end associate
    end function entries_of_panel
 
-   ! Allocates factors and work arrays of each thread.
-   subroutine make_room(symbolic, side, stores, factors, fronts, status)
+   ! Allocates factors and work arrays of each thread; of common supernodes only in the process that leads.
+   subroutine make_room(symbolic, side, stores, factors, fronts, status, common)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: side
       logical, intent(in) :: stores
       type(supernodal_factors_type), intent(inout) :: factors
       type(front_type), intent(inout) :: fronts(:)
       integer, intent(out) :: status
+      class(common_supernodes_type), optional, intent(inout) :: common
       integer(long) :: most_entries
-      integer :: nodes, n, s, i
+      integer :: nodes, stored, unknowns, n, s, i
 
       nodes = size(symbolic%first) - 1
       n = size(symbolic%order)
+      stored = stored_supernodes(symbolic, common)
+      unknowns = n
+      if (present(common)) unknowns = common%unknowns
       if (allocated(factors%offset)) deallocate (factors%offset, factors%pivot)
       allocate (factors%offset(nodes + 1), factors%pivot(n), stat=status)
       if (status /= 0) return
@@ -163,21 +206,33 @@ contains
       most_entries = widest**2
       do s = 1, nodes
          associate (columns => symbolic%first(s + 1) - symbolic%first(s))
-            factors%offset(s + 1) = factors%offset(s) + entries_of_panel(symbolic, s) - (columns*(columns + 1))/2
+            factors%offset(s + 1) = factors%offset(s)
+            if (s <= stored) factors%offset(s + 1) = factors%offset(s) + entries_of_panel(symbolic, s) - (columns*(columns + 1))/2
             most_entries = max(most_entries, entries_of_panel(symbolic, s))
          end associate
       end do
       if (stores) call make_lower(factors%offset(nodes + 1) - 1, factors%lower, status)
+      if (present(common) .and. status == 0) call common%make_room(most_entries, status)
       do i = 1, size(fronts)
          if (status == 0) allocate (fronts(i)%entries(most_entries), fronts(i)%scaled(most_entries), fronts(i)%place(n), &
             fronts(i)%relative(symbolic%most_rows()), stat=status)
          if (side == 0) cycle
          fronts(i)%enclosure%side = side
-         fronts(i)%enclosure%underflow = n*tiny(1.0_wp)
+         fronts(i)%enclosure%underflow = unknowns*tiny(1.0_wp)
          if (status == 0) allocate (fronts(i)%enclosure%sum(widest), fronts(i)%enclosure%terms(widest), &
             fronts(i)%sum(symbolic%most_rows() + widest), stat=status)
       end do
    end subroutine make_room
+
+   ! Number of supernodes whose columns this process stores.
+   pure integer function stored_supernodes(symbolic, common) result(stored)
+      type(symbolic_type), intent(in) :: symbolic
+      class(common_supernodes_type), optional, intent(in) :: common
+
+      stored = size(symbolic%first) - 1
+      if (.not. present(common)) return
+      if (.not. common%leads) stored = common%first - 1
+   end function stored_supernodes
 
    ! Keeps the memory that is there if it fits.
    subroutine make_lower(entries, lower, status)
@@ -210,31 +265,37 @@ contains
    ! Frees the stacks, and matrices that are left where the elimination stopped.
    subroutine drop_updates(shared, fronts)
       type(elimination_type), intent(inout) :: shared
-      type(front_type), intent(inout) :: fronts(:)
+      type(front_type), allocatable, intent(inout) :: fronts(:)
       integer :: i, p, s
 
-      do s = 1, size(shared%update)
-         if (shared%plan%stack(s) == 0 .and. associated(shared%update(s)%matrix%entries)) &
-            deallocate (shared%update(s)%matrix%entries)
-      end do
+      if (allocated(shared%update) .and. allocated(shared%plan%stack)) then
+         do s = 1, size(shared%update)
+            if (shared%plan%stack(s) == 0 .and. associated(shared%update(s)%matrix%entries)) &
+               deallocate (shared%update(s)%matrix%entries)
+         end do
+      end if
       call shared%plan%drop_spare()
+      if (.not. allocated(fronts)) return
       do i = 1, size(fronts)
          do p = 1, size(fronts(i)%stacks)
-            deallocate (fronts(i)%stacks(p)%values)
+            if (associated(fronts(i)%stacks(p)%values)) deallocate (fronts(i)%stacks(p)%values)
          end do
       end do
    end subroutine drop_updates
 
    ! Initialises the data shared by all threads.
-   subroutine set_shared(matrix, symbolic, subtrees, side, shared, status)
+   subroutine set_shared(matrix, symbolic, subtrees, side, shared, status, common)
       type(csr_matrix_type), target, intent(in) :: matrix
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), target, intent(in) :: subtrees
       integer, intent(in) :: side
       type(elimination_type), intent(inout) :: shared
       integer, intent(out) :: status
-      integer :: s
+      class(common_supernodes_type), optional, intent(in) :: common
+      integer :: s, last
 
+      last = size(symbolic%first) - 1
+      if (present(common)) last = common%first - 1
       shared%matrix => matrix
       shared%subtrees => subtrees
       associate (nodes => size(symbolic%first) - 1, parts => size(subtrees%root))
@@ -250,20 +311,22 @@ contains
             end associate
          end do
       end associate
-      call shared%plan%make(symbolic, subtrees, status)
-      if (status == 0 .and. side /= 0) call count_terms(symbolic, shared, status)
+      call shared%plan%make(symbolic, subtrees, last, status)
+      if (status == 0 .and. side /= 0) call count_terms(symbolic, stored_supernodes(symbolic, common), shared, status)
    end subroutine set_shared
 
-   ! Counts the entries of each row of L before its diagonal, the terms of the rounding-error bound.
-   subroutine count_terms(symbolic, shared, status)
+   ! Counts the entries of each row of L before its diagonal in the first `stored` supernodes, the terms of the rounding-error
+   ! bound.
+   subroutine count_terms(symbolic, stored, shared, status)
       type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: stored
       type(elimination_type), intent(inout) :: shared
       integer, intent(out) :: status
       integer :: s, k
 
       allocate (shared%terms(size(symbolic%order)), source=0.0_wp, stat=status)
       if (status /= 0) return
-      do s = 1, size(symbolic%first) - 1
+      do s = 1, stored
          associate (first => symbolic%first(s), columns => symbolic%first(s + 1) - symbolic%first(s), &
             row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1))
             shared%terms(first:first + columns - 1) = shared%terms(first:first + columns - 1) + [(k, k=0, columns - 1)]

@@ -37,6 +37,8 @@ module kschur_symbolic
       procedure :: most_rows
       !> Memory in bytes of the factors, their row indices, and the work arrays and update matrices of one thread.
       procedure :: bytes => factor_bytes
+      !> Memory in bytes of the update matrices at a time, by one thread.
+      procedure :: update_bytes
    end type symbolic_type
 
 contains
@@ -189,30 +191,39 @@ contains
 
    pure real(wp) function factor_bytes(self) result(bytes)
       class(symbolic_type), intent(in) :: self
-      ! The update matrices at a time, and of each supernode those of its children.
-      real(wp) :: entries, most_entries, updates, most_updates
-      real(wp), allocatable :: of_children(:)
+      real(wp) :: entries, most_entries
       integer :: s, columns, rows
 
-      allocate (of_children(0:size(self%first) - 1), source=0.0_wp)
       entries = 0
       most_entries = 0
-      updates = 0
-      most_updates = 0
       do s = 1, size(self%first) - 1
          columns = self%first(s + 1) - self%first(s)
          rows = int(self%start(s + 1) - self%start(s))
          entries = entries + real(columns, wp)*((columns - 1)/2.0_wp + rows)
          most_entries = max(most_entries, real(columns, wp)*(columns + rows))
-         associate (update => touched(rows), siblings => of_children(self%parent(s)))
-            updates = updates + update
-            most_updates = max(most_updates, updates)
-            updates = updates - of_children(s)
+      end do
+      bytes = real_bytes*(entries + 2*most_entries + size(self%order)) + self%update_bytes() + &
+         integer_bytes*(real(size(self%row), wp) + 6*size(self%order))
+   end function factor_bytes
+
+   pure real(wp) function update_bytes(self) result(bytes)
+      class(symbolic_type), intent(in) :: self
+      ! Of its children, and of all at a time.
+      real(wp), allocatable :: of_children(:)
+      real(wp) :: all
+      integer :: s
+
+      allocate (of_children(0:size(self%first) - 1), source=0.0_wp)
+      bytes = 0
+      all = 0
+      do s = 1, size(self%first) - 1
+         associate (update => real_bytes*touched(int(self%start(s + 1) - self%start(s))), siblings => of_children(self%parent(s)))
+            all = all + update
+            bytes = max(bytes, all)
+            all = all - of_children(s)
             siblings = siblings + update
          end associate
       end do
-      bytes = real_bytes*(entries + 2*most_entries + most_updates + size(self%order)) + &
-         integer_bytes*(real(size(self%row), wp) + 6*size(self%order))
 
    contains
 
@@ -223,7 +234,7 @@ contains
 
          touched = real(rows, wp)*min(rows, (rows + page)/2)
       end function touched
-   end function factor_bytes
+   end function update_bytes
 
    pure integer function most_rows(self)
       class(symbolic_type), intent(in) :: self

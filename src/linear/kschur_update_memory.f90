@@ -48,10 +48,12 @@ module kschur_update_memory
 contains
 
    !> Chooses a place for the update matrix of each supernode.
-   subroutine make_plan(self, symbolic, subtrees, status)
+   subroutine make_plan(self, symbolic, subtrees, last, status)
       class(update_plan_type), intent(inout) :: self
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
+      !> Supernodes after this one take no matrix of a child.
+      integer, intent(in) :: last
       integer, intent(out) :: status
       integer :: nodes, s, t
 
@@ -60,7 +62,7 @@ contains
       if (status /= 0) return
       do s = 1, nodes
          associate (parent => symbolic%parent(s))
-            if (parent == 0) cycle
+            if (parent == 0 .or. parent > last) cycle
             if (rows_below(symbolic, s) == rows_below(symbolic, parent) + symbolic%first(parent + 1) - symbolic%first(parent)) &
                self%taken(parent) = s
          end associate

@@ -105,17 +105,16 @@ contains
          decision = "the damping is a combination of mass and stiffness, so that the undamped modes give the damped ones"
       end if
       if (allocated(error) .or. .not. ill_conditioned) return
-      if (seem_swapped(problem, solvers)) decision = decision//"; are mass and stiffness swapped?"
+      if (seem_swapped(problem)) decision = decision//"; are mass and stiffness swapped?"
    end subroutine choose_formulation
 
    ! Whether mass and stiffness of a problem with an ill-conditioned mass seem to be swapped: the mass has no negative diagonal
    ! entry, and the stiffness is as well conditioned as masses of finite elements are.
-   logical function seem_swapped(problem, inner)
+   logical function seem_swapped(problem)
       type(modal_problem_type), intent(in) :: problem
-      type(inner_solvers_type), intent(in) :: inner
 
       seem_swapped = all(problem%mass%diagonal() >= 0)
-      if (seem_swapped) seem_swapped = is_definite(problem%stiffness, inner)
+      if (seem_swapped) seem_swapped = is_definite(problem%stiffness)
    end function seem_swapped
 
    ! Why the formulation of a symmetric problem with a loss matrix was chosen, in words.

@@ -134,11 +134,10 @@ contains
       real(wp) :: observed, spread
 
       placed = .false.
-      allocate (scaled)
       call s%effort%add_solves(s%known%stiffness%solver)
       s%known%stiffness%solver%solve_seconds = 0
-      call move_alloc(s%known%stiffness%solver, scaled%factors)
-      call move_alloc(s%known%stiffness%scaling, scaled%scaling)
+      allocate (scaled)
+      call scaled%take(s%known%stiffness%solver, s%known%stiffness%scaling)
       deallocate (s%known%stiffness)
       call move_alloc(scaled, solver)
       s%scale = scale

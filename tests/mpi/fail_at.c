@@ -1,7 +1,7 @@
 /* Lets one process fail at a moment: it is killed when it calls a library, or its memory ends when that returns, or it
  * gets a SIGTERM when METIS has taken those for itself. To be loaded
- * before libraries (LD_PRELOAD), with FAIL_RANK, FAIL_AT (a function, of MUMPS with its job: "dmumps 2"), FAIL_COUNT (the
- * number of the call) and, for memory, FAIL_ROOM (the megabytes that are left). */
+ * before libraries (LD_PRELOAD), with FAIL_RANK, FAIL_AT (a function, of MUMPS with its job: "dmumps 2"; "dgemm" factors by LDL^T,
+ * "MPI_Reduce" solves with such factors of several processes), FAIL_COUNT (the number of the call) and, for memory, FAIL_ROOM (the megabytes that are left). */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <signal.h>
@@ -63,6 +63,33 @@ void dmumps_(int *id)
    due = is_due(name);
    before(due);
    next(id);
+   after(due);
+}
+
+/* The dense products of LDL^T. */
+void dgemm_(void *a, void *b, void *m, void *n, void *k, void *alpha, void *x, void *ldx, void *y, void *ldy, void *beta, void *z,
+            void *ldz, size_t first, size_t second)
+{
+   typedef void product(void *, void *, void *, void *, void *, void *, void *, void *, void *, void *, void *, void *, void *,
+                        size_t, size_t);
+   static product *next;
+   int due = is_due("dgemm");
+
+   if (next == NULL) next = (product *)dlsym(RTLD_NEXT, "dgemm_");
+   before(due);
+   next(a, b, m, n, k, alpha, x, ldx, y, ldy, beta, z, ldz, first, second);
+   after(due);
+}
+
+void mpi_reduce_f08_(void *sent, void *received, void *count, void *type, void *operation, void *root, void *communicator,
+                     void *error)
+{
+   void (*next)(void *, void *, void *, void *, void *, void *, void *, void *) =
+      (void (*)(void *, void *, void *, void *, void *, void *, void *, void *))dlsym(RTLD_NEXT, "mpi_reduce_f08_");
+   int due = is_due("MPI_Reduce");
+
+   before(due);
+   next(sent, received, count, type, operation, root, communicator, error);
    after(due);
 }
 

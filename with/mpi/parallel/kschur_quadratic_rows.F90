@@ -1,8 +1,8 @@
 !> Quadratic operators on distributed states: distributed mass, damping, deflated motions, right-hand sides and solutions.
 module kschur_quadratic_rows
    use kschur_error, only: error_type
+   use kschur_factor_parts, only: factor_parts_type
    use kschur_kinds, only: wp
-   use kschur_mumps_worker, only: complex_part, mumps_instance_type, real_part
    use kschur_operator_rows, only: share_common
    use kschur_processes, only: are_several, request_length, processes_type, request_quadratic
    use kschur_quadratic_complex, only: complex_operator_type => quadratic_operator_type
@@ -36,19 +36,19 @@ module kschur_quadratic_rows
 contains
 
    !> Executes a request of the first process to distribute a quadratic operator, or to end that.
-   subroutine serve_quadratic_operator(parts, matrices, instances, processes, request)
+   subroutine serve_quadratic_operator(parts, matrices, factors, processes, request)
       type(quadratic_parts_type), intent(inout) :: parts
       !> Local parts of matrices and factors.
       type(row_matrix_part_type), intent(in) :: matrices(:)
-      type(mumps_instance_type), intent(in) :: instances(:)
+      type(factor_parts_type), intent(in) :: factors
       type(processes_type), pointer, intent(in) :: processes
       !> After the code: kind, job, numbers of mass, damping and factors, and numbers of unknowns, multipliers and motions.
       integer, intent(in) :: request(request_length)
 
       if (request(2) == real_operator) then
-         call help_real(parts%real, matrices, instances, processes, request(3:))
+         call help_real(parts%real, matrices, factors, processes, request(3:))
       else
-         call help_complex(parts%complex, matrices, instances, processes, request(3:))
+         call help_complex(parts%complex, matrices, factors, processes, request(3:))
       end if
    end subroutine serve_quadratic_operator
 
@@ -56,7 +56,6 @@ contains
 #define QUADRATIC_TYPE real_operator_type
 #define ROWS_SOLVER_TYPE real_rows_solver_type
 #define KIND_OF_OPERATOR real_operator
-#define PART_OF_FACTORS real_part
 #define SHARE share_real
 #define END_SHARE end_real
 #define HELP help_real
@@ -68,7 +67,6 @@ contains
 #define QUADRATIC_TYPE complex_operator_type
 #define ROWS_SOLVER_TYPE complex_rows_solver_type
 #define KIND_OF_OPERATOR complex_operator
-#define PART_OF_FACTORS complex_part
 #define SHARE share_complex
 #define END_SHARE end_complex
 #define HELP help_complex

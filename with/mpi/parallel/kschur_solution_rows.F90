@@ -21,8 +21,12 @@ module kschur_solution_rows
       integer, allocatable :: row(:), order(:), sent(:)
       ! Number received from each process, and positions.
       integer, allocatable :: received(:), place(:)
+      !> The pivots never move: the plan is made once.
+      logical, public :: is_fixed = .false.
    contains
       procedure :: begin
+      !> All rows in the first process.
+      procedure :: begin_whole
       !> Number of local rows, and their indices; local.
       procedure :: rows
       procedure :: row_numbers
@@ -31,6 +35,8 @@ module kschur_solution_rows
       !> Moves solutions from the processes of their pivots to those of their rows.
       generic :: redistribute => redistribute_real, redistribute_complex
       procedure, private :: redistribute_real, redistribute_complex
+      !> Moves right-hand sides from the processes of their rows to those of their pivots.
+      procedure :: collect
       !> Scatters whole vectors of the first process, and gathers them.
       generic :: scatter => scatter_real, scatter_complex
       procedure, private :: scatter_real, scatter_complex
@@ -50,6 +56,16 @@ contains
       self%processes => processes
       self%ranges = joint_ranges(unknowns, multipliers, processes%number)
    end subroutine begin
+
+   subroutine begin_whole(self, unknowns, processes)
+      class(solution_rows_type), intent(inout) :: self
+      integer, intent(in) :: unknowns
+      type(processes_type), pointer, intent(in) :: processes
+
+      self%processes => processes
+      self%ranges = joint_ranges(unknowns, 0, processes%number)
+      self%ranges%unknowns%before(1:) = unknowns
+   end subroutine begin_whole
 
    pure integer function rows(self)
       class(solution_rows_type), intent(in) :: self
@@ -81,6 +97,7 @@ contains
       logical :: is_new, is_new_somewhere
 
       is_new = .not. allocated(self%row)
+      if (self%is_fixed .and. .not. is_new) return
       if (.not. is_new) is_new = size(self%row) /= size(row)
       if (.not. is_new) is_new = any(self%row /= row)
       associate (communicator => self%processes%communicator)
@@ -104,6 +121,27 @@ contains
             MPI_INTEGER, communicator)
       end associate
    end subroutine plan_exchange
+
+   subroutine collect(self, row, x, sides)
+      class(solution_rows_type), intent(inout) :: self
+      !> Indices of the rows of `sides`.
+      integer, intent(in) :: row(:)
+      !> The local rows.
+      real(wp), intent(in) :: x(:, :)
+      !> As many columns.
+      real(wp), intent(out) :: sides(:, :)
+      ! Packed by process.
+      real(wp), allocatable :: going(:, :), coming(:, :)
+      integer :: k
+
+      call self%plan_exchange(row)
+      k = size(x, 2)
+      allocate (going(k, size(self%place)), coming(k, size(row)))
+      going = transpose(x(self%place, :))
+      call MPI_Alltoallv(going, k*self%received, k*before(self%received), MPI_DOUBLE_PRECISION, coming, k*self%sent, &
+         k*before(self%sent), MPI_DOUBLE_PRECISION, self%processes%communicator)
+      sides(self%order, :) = transpose(coming)
+   end subroutine collect
 
    ! Exclusive prefix sums.
    pure function before(numbers)

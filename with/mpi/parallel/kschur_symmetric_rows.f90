@@ -4,9 +4,9 @@ module kschur_symmetric_rows
    use kschur_csr, only: csr_matrix_type
    use kschur_deflation, only: deflation_type
    use kschur_error, only: error_type
+   use kschur_factor_parts, only: factor_parts_type
    use kschur_joint_ranges, only: joint_ranges, joint_ranges_type
    use kschur_kinds, only: wp
-   use kschur_mumps_worker, only: mumps_instance_type, real_part
    use kschur_operator_rows, only: share_common
    use kschur_processes, only: are_several, request_length, processes_type, request_operator
    use kschur_row_exchange, only: send_to_all
@@ -53,12 +53,12 @@ contains
    end subroutine end_sharing
 
    !> Executes a request of the first process to distribute a symmetric operator, or to end that.
-   subroutine serve_symmetric_operator(part, matrices, instances, processes, request)
+   subroutine serve_symmetric_operator(part, matrices, factors, processes, request)
       !> The distributed operator.
       type(symmetric_shift_invert_type), pointer, intent(inout) :: part
       !> Local parts of matrices and factors.
       type(row_matrix_part_type), intent(in) :: matrices(:)
-      type(mumps_instance_type), intent(in) :: instances(:)
+      type(factor_parts_type), intent(in) :: factors
       type(processes_type), pointer, intent(in) :: processes
       !> After the code: job, numbers of mass and factors, and numbers of unknowns, multipliers and motions.
       integer, intent(in) :: request(request_length)
@@ -74,7 +74,7 @@ contains
       end if
       allocate (part)
       part%mass = part_of(matrices, request(3))
-      allocate (part%solver, source=real_part(instances, request(4), request(5), request(6), processes))
+      call factors%take(request(4), request(5), request(6), processes, part%solver)
       allocate (no_motions%shapes(0, request(7)), no_motions%images(0, request(7)), nothing%factors(0))
       nothing%deflation => no_motions
       call make_part(part, nothing, no_constraints, request(5:7), processes, error)

@@ -3,9 +3,11 @@ module kschur_worker_loop
    use kschur_band_groups, only: lead_group
    use kschur_basis_worker, only: basis_instance_type, serve_basis
    use kschur_error, only: error_type
-   use kschur_mumps_worker, only: serve_mumps, mumps_instance_type
-   use kschur_processes, only: request_length, processes_type, request_basis, request_end, request_matrix, request_mumps, &
-      request_operator, request_parts, request_problem, request_quadratic, request_together, request_two_level
+   use kschur_factor_parts, only: factor_parts_type
+   use kschur_joint_ldl_worker, only: serve_ldl
+   use kschur_mumps_worker, only: serve_mumps
+   use kschur_processes, only: request_length, processes_type, request_basis, request_end, request_ldl, request_matrix, &
+      request_mumps, request_operator, request_parts, request_problem, request_quadratic, request_together, request_two_level
    use kschur_quadratic_rows, only: serve_quadratic_operator, quadratic_parts_type
    use kschur_row_matrix, only: serve_matrix, row_matrix_part_type
    use kschur_shared_problem, only: shared_problem_type
@@ -25,7 +27,7 @@ contains
       type(processes_type), target, intent(inout) :: processes
       !> The problem, if it is distributed.
       type(shared_problem_type), intent(inout), optional :: shared
-      type(mumps_instance_type), allocatable :: instances(:)
+      type(factor_parts_type) :: factors
       type(basis_instance_type), allocatable :: bases(:)
       type(row_matrix_part_type), allocatable :: parts(:)
       type(symmetric_shift_invert_type), pointer :: operator
@@ -36,7 +38,7 @@ contains
       integer :: request(request_length)
 
       all => processes
-      allocate (instances(0), bases(0), parts(0))
+      allocate (factors%mumps(0), factors%ldl(0), bases(0), parts(0))
       do
          call processes%receive_request(request)
          select case (request(1))
@@ -45,11 +47,13 @@ contains
          case (request_matrix)
             call serve_matrix(parts, processes, request)
          case (request_mumps)
-            call serve_mumps(instances, all, request)
+            call serve_mumps(factors%mumps, all, request)
+         case (request_ldl)
+            call serve_ldl(factors%ldl, all, request)
          case (request_operator)
-            call serve_symmetric_operator(operator, parts, instances, all, request)
+            call serve_symmetric_operator(operator, parts, factors, all, request)
          case (request_quadratic)
-            call serve_quadratic_operator(quadratic, parts, instances, all, request)
+            call serve_quadratic_operator(quadratic, parts, factors, all, request)
          case (request_together)
             call serve_lanczos(bases, operator, operator%deflation%shapes, request)
          case (request_two_level)

@@ -1,0 +1,319 @@
+!> An LDL^T over several processes: each has the factors of some subtrees of the elimination tree, the first one those of the
+!> common supernodes too, to which the others send their updates. Procedures are collective.
+module kschur_joint_factors
+   use kschur_error, only: error_type, new_error, error_memory
+   use kschur_fronts, only: supernodal_factors_type
+   use kschur_joint_supernodes, only: joint_supernodes, joint_supernodes_type
+   use kschur_kinds, only: wp, long
+   use kschur_memory, only: integer_bytes, real_bytes, require_memory
+   use kschur_monitor, only: monitor_type
+   use kschur_processes, only: processes_type, spread_error
+   use kschur_solution_rows, only: solution_rows_type
+   use kschur_sparse, only: csr_matrix_type
+   use kschur_substitution, only: sides_at_once, substitute
+   use kschur_subtrees, only: cut_subtrees, subtrees_type
+   use kschur_supernodal, only: eliminate
+   use kschur_symbolic, only: symbolic_type
+   use kschur_tree_shares, only: owners_of_supernodes, take_share, take_values
+   use mpi_f08, only: MPI_Allreduce, MPI_DOUBLE_PRECISION, MPI_INTEGER, MPI_INTEGER8, MPI_LOGICAL, MPI_MAX, MPI_Recv, MPI_Send, &
+      MPI_STATUS_IGNORE, MPI_SUM
+   implicit none
+   private
+   public :: joint_factors_type, pivot_counts_type
+
+   !> Pivots of all processes.
+   type :: pivot_counts_type
+      !> That are negative, not positive, not finite; not larger than the bound for zero; of unknowns and multipliers, with the
+      !> sign of the other; all.
+      integer :: negative = 0, not_positive = 0, not_finite = 0, zero = 0, negative_unknowns = 0, positive_multipliers = 0, all = 0
+      !> Bytes of the factors in the process that has most.
+      integer(long) :: bytes = 0
+   end type pivot_counts_type
+
+   !> The part of one process.
+   type :: joint_factors_type
+      private
+      type(processes_type), pointer :: processes => null()
+      type(joint_supernodes_type) :: common
+      type(symbolic_type) :: symbolic
+      type(subtrees_type) :: subtrees
+      type(supernodal_factors_type) :: factors
+      ! The lower triangle of the columns here, by columns; dropped when no more factors are wanted.
+      type(csr_matrix_type) :: matrix
+      ! Of columns whose pivots are here, the rows of the matrix; D, if solutions are scaled.
+      integer, allocatable :: unknown(:)
+      real(wp), allocatable :: scaling(:)
+      !> Numbers of rows and multipliers of the whole matrix.
+      integer, public :: n = 0, multipliers = 0
+      ! Vectors by rows, and whole in the first process.
+      type(solution_rows_type) :: rows, whole
+   contains
+      !> The first process shares the tree and the matrix.
+      procedure :: share
+      !> Factors; the first process gets an error if its monitor cancels.
+      procedure :: factor
+      !> Counts pivots.
+      procedure :: count_pivots
+      !> Frees the matrix, for no more factors are wanted; local.
+      procedure :: drop_matrix
+      !> x := A^{-1} x, x by rows, or whole in the first process.
+      procedure :: solve
+      !> From now on the solutions are x = D A^{-1} D b.
+      procedure :: scale
+   end type joint_factors_type
+
+   ! Bytes that messages of MPI may take.
+   real(wp), parameter :: message_bytes = 5.0e7_wp
+
+contains
+
+   subroutine share(self, processes, error, matrix, whole, multipliers)
+      class(joint_factors_type), intent(inout) :: self
+      type(processes_type), pointer, intent(in) :: processes
+      type(error_type), allocatable, intent(out) :: error
+      !> Given in the first process only: the matrix, its analysis, and the number of multipliers.
+      type(csr_matrix_type), optional, intent(in) :: matrix
+      type(symbolic_type), optional, intent(in) :: whole
+      integer, optional, intent(in) :: multipliers
+      integer, allocatable :: owner(:), place(:)
+      integer :: own, process, k
+
+      self%processes => processes
+      if (present(matrix)) then
+         owner = owners_of_supernodes(whole, processes%number)
+         self%n = matrix%rows
+         self%multipliers = multipliers
+         ! The share of this process is made last, so that only one is in memory at a time.
+         do process = processes%number - 1, 0, -1
+            call take_share(whole, owner, process, self%symbolic, self%unknown, place, own)
+            associate (columns => merge(size(self%unknown), self%symbolic%first(own + 1) - 1, process == 0))
+               call take_values(matrix, whole, self%unknown, place, columns, self%matrix)
+            end associate
+            if (process > 0) call send_share(self, own, process, error)
+         end do
+      else
+         call receive_share(self, own, error)
+      end if
+      if (.not. allocated(error)) then
+         self%symbolic%order = [(k, k=1, size(self%unknown))]
+         self%symbolic%position = self%symbolic%order
+         call set_supernodes(self%symbolic)
+         if (processes%rank > 0) self%unknown = self%unknown(:self%symbolic%first(own + 1) - 1)
+         self%common = joint_supernodes(own + 1, self%n, processes)
+         self%subtrees = cut_subtrees(self%symbolic, own + 1)
+         call self%rows%begin(self%n - self%multipliers, self%multipliers, processes)
+         call self%whole%begin_whole(self%n, processes)
+         self%rows%is_fixed = .true.
+         self%whole%is_fixed = .true.
+         call require_memory(bytes_of_factors(self, own) + message_bytes, "the LDL^T factors", error)
+      end if
+      call spread_error(processes%communicator, error)
+   end subroutine share
+
+   ! Bytes of the factors here, and of the work arrays of one thread.
+   pure real(wp) function bytes_of_factors(self, own) result(bytes)
+      type(joint_factors_type), intent(in) :: self
+      integer, intent(in) :: own
+      real(wp) :: columns, rows, most
+      integer :: s
+
+      bytes = 0
+      most = 0
+      do s = 1, size(self%symbolic%first) - 1
+         columns = self%symbolic%first(s + 1) - self%symbolic%first(s)
+         rows = real(self%symbolic%start(s + 1) - self%symbolic%start(s), wp)
+         if (s <= own .or. self%processes%rank == 0) bytes = bytes + real_bytes*columns*((columns - 1)/2 + rows)
+         most = max(most, columns*(columns + rows))
+      end do
+      bytes = bytes + 3*real_bytes*most + self%symbolic%update_bytes() + 6*integer_bytes*size(self%symbolic%order)
+   end function bytes_of_factors
+
+   subroutine set_supernodes(symbolic)
+      type(symbolic_type), intent(inout) :: symbolic
+      integer :: s
+
+      allocate (symbolic%supernode(size(symbolic%order)))
+      do s = 1, size(symbolic%first) - 1
+         symbolic%supernode(symbolic%first(s):symbolic%first(s + 1) - 1) = s
+      end do
+   end subroutine set_supernodes
+
+   ! Sends a share, which the first process holds in the place of its own; fails if the receiver has no memory for it.
+   subroutine send_share(self, own, to, error)
+      type(joint_factors_type), intent(in) :: self
+      integer, intent(in) :: own, to
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: sizes(6)
+      logical :: has_room
+
+      associate (communicator => self%processes%communicator, symbolic => self%symbolic, matrix => self%matrix)
+         sizes = [self%n, self%multipliers, own, size(symbolic%first), size(self%unknown), size(matrix%column)]
+         call MPI_Send(sizes, size(sizes), MPI_INTEGER, to, 0, communicator)
+         call MPI_Send(symbolic%start, size(symbolic%start), MPI_INTEGER8, to, 0, communicator)
+         call MPI_Recv(has_room, 1, MPI_LOGICAL, to, 0, communicator, MPI_STATUS_IGNORE)
+         if (.not. has_room) then
+            if (.not. allocated(error)) call new_error(error, error_memory, "no memory for the LDL^T factors")
+            return
+         end if
+         call MPI_Send(symbolic%first, size(symbolic%first), MPI_INTEGER, to, 0, communicator)
+         call MPI_Send(symbolic%row, size(symbolic%row), MPI_INTEGER, to, 0, communicator)
+         call MPI_Send(self%unknown, size(self%unknown), MPI_INTEGER, to, 0, communicator)
+         call MPI_Send(matrix%row_start, size(matrix%row_start), MPI_INTEGER, to, 0, communicator)
+         call MPI_Send(matrix%column, size(matrix%column), MPI_INTEGER, to, 0, communicator)
+         call MPI_Send(matrix%value, size(matrix%value), MPI_DOUBLE_PRECISION, to, 0, communicator)
+      end associate
+   end subroutine send_share
+
+   subroutine receive_share(self, own, error)
+      type(joint_factors_type), intent(inout) :: self
+      integer, intent(out) :: own
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: sizes(6), status
+
+      associate (communicator => self%processes%communicator, symbolic => self%symbolic, matrix => self%matrix)
+         call MPI_Recv(sizes, size(sizes), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)
+         self%n = sizes(1)
+         self%multipliers = sizes(2)
+         own = sizes(3)
+         matrix%rows = sizes(5)
+         matrix%columns = sizes(5)
+         allocate (symbolic%start(sizes(4)))
+         call MPI_Recv(symbolic%start, sizes(4), MPI_INTEGER8, 0, 0, communicator, MPI_STATUS_IGNORE)
+         allocate (symbolic%first(sizes(4)), symbolic%row(symbolic%start(sizes(4)) - 1), self%unknown(sizes(5)), &
+            matrix%row_start(sizes(5) + 1), matrix%column(sizes(6)), matrix%value(sizes(6)), stat=status)
+         if (status /= 0) call new_error(error, error_memory, "no memory for the LDL^T factors")
+         call require_memory(message_bytes, "the LDL^T factors", error)
+         call MPI_Send(.not. allocated(error), 1, MPI_LOGICAL, 0, 0, communicator)
+         if (allocated(error)) return
+         call MPI_Recv(symbolic%first, size(symbolic%first), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)
+         call MPI_Recv(symbolic%row, size(symbolic%row), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)
+         call MPI_Recv(self%unknown, size(self%unknown), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)
+         call MPI_Recv(matrix%row_start, size(matrix%row_start), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)
+         call MPI_Recv(matrix%column, size(matrix%column), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)
+         call MPI_Recv(matrix%value, size(matrix%value), MPI_DOUBLE_PRECISION, 0, 0, communicator, MPI_STATUS_IGNORE)
+      end associate
+   end subroutine receive_share
+
+   subroutine factor(self, side, least, error, monitor)
+      class(joint_factors_type), target, intent(inout) :: self
+      !> As in `eliminate`: the same in all processes.
+      integer, intent(in) :: side
+      real(wp), intent(in) :: least
+      type(error_type), allocatable, intent(out) :: error
+      class(monitor_type), optional, intent(inout) :: monitor
+
+      call eliminate(self%matrix, self%symbolic, self%subtrees, side, self%factors, error, monitor, least, side /= 0, self%common)
+      call spread_error(self%processes%communicator, error)
+   end subroutine factor
+
+   subroutine count_pivots(self, bound, counts)
+      class(joint_factors_type), intent(in) :: self
+      !> A pivot is zero if it is not larger than this fraction of its diagonal entry.
+      real(wp), intent(in) :: bound
+      type(pivot_counts_type), intent(out) :: counts
+      integer :: here(6), all(6), j, p
+      integer(long) :: bytes
+      real(wp) :: diagonal
+
+      here = 0
+      do j = 1, size(self%unknown)
+         diagonal = 0
+         do p = self%matrix%row_start(j), self%matrix%row_start(j + 1) - 1
+            if (self%matrix%column(p) == j) diagonal = abs(self%matrix%value(p))
+         end do
+         associate (pivot => self%factors%pivot(j), is_multiplier => self%unknown(j) > self%n - self%multipliers)
+            here = here + merge(1, 0, [pivot < 0, .not. pivot > 0, .not. abs(pivot) <= huge(pivot), &
+               .not. abs(pivot) > bound*diagonal, pivot < 0 .and. .not. is_multiplier, pivot > 0 .and. is_multiplier])
+         end associate
+      end do
+      call MPI_Allreduce(here, all, size(here), MPI_INTEGER, MPI_SUM, self%processes%communicator)
+      bytes = 0
+      if (allocated(self%factors%lower)) bytes = int(real_bytes, long)*size(self%factors%lower, kind=long)
+      call MPI_Allreduce(bytes, counts%bytes, 1, MPI_INTEGER8, MPI_MAX, self%processes%communicator)
+      counts%negative = all(1)
+      counts%not_positive = all(2)
+      counts%not_finite = all(3)
+      counts%zero = all(4)
+      counts%negative_unknowns = all(5)
+      counts%positive_multipliers = all(6)
+      counts%all = self%n
+   end subroutine count_pivots
+
+   subroutine drop_matrix(self)
+      class(joint_factors_type), intent(inout) :: self
+
+      self%matrix = csr_matrix_type()
+   end subroutine drop_matrix
+
+   subroutine scale(self, scaling)
+      class(joint_factors_type), intent(inout) :: self
+      !> D, of the first process; empty in others.
+      real(wp), intent(in) :: scaling(:)
+      real(wp) :: part(size(self%unknown), 1)
+
+      call self%whole%collect(self%unknown, reshape(scaling, [size(scaling), 1]), part)
+      self%scaling = part(:, 1)
+   end subroutine scale
+
+   subroutine solve(self, x, by_rows, error)
+      class(joint_factors_type), intent(inout) :: self
+      !> With `by_rows` the rows of `joint_ranges_type`; else all in the first process, none in others.
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      logical, intent(in) :: by_rows
+      !> The same in all processes.
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: sides(:, :)
+      integer :: status
+
+      ! The rows sent and received, and those of a block.
+      call require_memory(message_bytes + real_bytes*size(x, 2)*(2.0_wp*size(x, 1) + 5.0_wp*size(self%symbolic%order)), &
+         "the right-hand sides", error)
+      allocate (sides(size(self%unknown), size(x, 2)), stat=status)
+      if (status /= 0 .and. .not. allocated(error)) call new_error(error, error_memory, "no memory for the right-hand sides")
+      call spread_error(self%processes%communicator, error)
+      if (allocated(error)) return
+      if (by_rows) then
+         call self%rows%collect(self%unknown, x, sides)
+      else
+         call self%whole%collect(self%unknown, x, sides)
+      end if
+      call substitute_blocks(self, sides, error)
+      if (allocated(error)) return
+      if (by_rows) then
+         call self%rows%redistribute(self%unknown, sides, x)
+      else
+         call self%whole%redistribute(self%unknown, sides, x)
+      end if
+   end subroutine solve
+
+   ! Solves for right-hand sides in the processes of their pivots.
+   subroutine substitute_blocks(self, sides, error)
+      type(joint_factors_type), intent(in) :: self
+      real(wp), intent(inout) :: sides(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: y(:, :)
+      integer :: first, last, joint, here
+
+      here = size(sides, 1)
+      last = 0
+      do while (last < size(sides, 2))
+         first = last + 1
+         joint = sides_at_once(size(sides, 2) - last)
+         last = min(last + joint, size(sides, 2))
+         if (allocated(y)) then
+            if (size(y, 1) /= joint) deallocate (y)
+         end if
+         if (.not. allocated(y)) allocate (y(joint, size(self%symbolic%order)))
+         associate (columns => last - first + 1)
+            y(columns + 1:, :) = 0
+            y(:columns, here + 1:) = 0
+            y(:columns, :here) = transpose(sides(:, first:last))
+            if (allocated(self%scaling)) y(:columns, :here) = y(:columns, :here)*spread(self%scaling, 1, columns)
+            call substitute(self%symbolic, self%subtrees, self%factors, y, error, self%common)
+            if (allocated(error)) return
+            sides(:, first:last) = transpose(y(:columns, :here))
+            if (allocated(self%scaling)) sides(:, first:last) = sides(:, first:last)*spread(self%scaling, 2, columns)
+         end associate
+      end do
+   end subroutine substitute_blocks
+end module kschur_joint_factors
