@@ -193,10 +193,11 @@ class Result(Stored):
             raise InputError("a shape is drawn on a geometry: give solve one, as geometry=kschur.Geometry(coordinates)")
         return plot_shape(self.geometry, self.shape(mode), title=table.caption(self, mode), **options)
 
-    def view(self, modes: Any = None) -> Any:
-        """A page of modes in motion, all or some, counted from 0: see `kschur.pages.modes.ModesPage`. A notebook shows it; `save` writes it."""
+    def view(self, modes: Any = None, *, stiffness: Any = None, constraints: Any = None) -> Any:
+        """A page of modes in motion, all or some, counted from 0: see `kschur.pages.modes.ModesPage`. A notebook shows it; `save` writes it.
+        With the stiffness matrix K nodes may be coloured by strain energy, with Cq constraints are drawn."""
         from .pages.modes import ModesPage
-        return ModesPage(self, modes)
+        return ModesPage(self, modes, stiffness, constraints)
 
     def __repr__(self) -> str:
         return table.as_text(self)

@@ -48,6 +48,28 @@ def test_facts_and_shapes(three, tmp_path):
     assert result.view()._repr_html_().startswith("<iframe srcdoc=")
 
 
+def test_energies_and_constraints(three):
+    mass, stiffness, *_ = chain(12)
+    result = solved()
+    ties = np.zeros((3, 12))
+    ties[0, 0] = ties[1, 4] = 1.0
+    ties[1, 10], ties[2, 6], ties[2, 7] = -1.0, 1.0, 2.0
+    page = result.view(stiffness=stiffness, constraints=ties).html
+    facts = json.loads(re.search(r'id="facts">(.*?)</script>', page).group(1))
+    wanted = [np.vdot(phi, stiffness @ phi).real / 4 for phi in result.shapes.T]
+    assert np.allclose([mode["energy"] for mode in facts["modes"]], wanted, rtol=1e-10)
+    each = (result.shapes[:, 1].conj() * (stiffness @ result.shapes[:, 1])).real.reshape(4, 3).sum(axis=1).clip(0)
+    assert abs(whole_numbers(page, "mode-1-energy") / STEPS - each / each.max()).max() <= 0.5 / STEPS + 1e-12
+    packed = {name: zlib.decompress(base64.b64decode(re.search(f'id="model-0-{name}">([^<]*)<', page).group(1))) for name in ("ties", "marks")}
+    found = {name: np.cumsum(np.frombuffer(part, np.uint8).reshape(4, -1).T.copy().view("<i4").ravel()).tolist() for name, part in packed.items()}
+    assert found == {"ties": [1, 3], "marks": [0, 2]}
+    assert "mode-0-energy" not in result.view().html and "model-0-ties" not in result.view().html
+    with pytest.raises(InputError, match="must be 12 x 12"):
+        result.view(stiffness=np.eye(3))
+    with pytest.raises(InputError, match="must be 1 x 12"):
+        result.view(constraints=np.ones((1, 5)))
+
+
 def test_refusals(three):
     with pytest.raises(InputError, match="geometry"):
         kschur.solve(*chain(12), modes=1).view()

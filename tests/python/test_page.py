@@ -3,8 +3,11 @@
 It clicks, turns and plays, and compares what the page says with the file. With --pictures the pictures of docs are kept, with --rates
 frames are counted with 10,000, 100,000 and 200,000 nodes, by hand.
 """
+import importlib
+import os
 import sys
 import time
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -12,7 +15,7 @@ import scipy.sparse as sparse
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 
-from browser import check_console, click, coloured, differ, kschur, load, open_browser, pictures_folder, pixels, wait_for, wait_frames
+from browser import KSCHUR, check_console, click, coloured, differ, kschur, load, open_browser, pictures_folder, pixels, wait_for, wait_frames
 from checks import check, run_tests
 
 PICTURES = pictures_folder()
@@ -86,6 +89,50 @@ def test_a_page(folder):
         unit = (shapes / np.linalg.norm(shapes, axis=1)[:, None]).T
         check("MAC", np.allclose(macs, abs(unit.conj().T @ unit)**2, atol=1e-4))
         check_console(browser, "grid")
+    finally:
+        browser.quit()
+
+
+def package():
+    """That of Python, with the library of the program's build."""
+    os.environ.setdefault("KSCHUR_LIBRARY", str(Path(KSCHUR).resolve().parents[1]/"capi/libkschur_capi.so"))
+    sys.path.insert(0, str(Path(__file__).resolve().parents[2]/"python"))
+    return importlib.import_module("kschur")
+
+
+def test_energies_and_constraints(folder):
+    """Strain energy is a choice of colours, and constraints are drawn, where their matrices are given; else neither is there."""
+    browser = open_browser()
+    try:
+        load(browser, page_of(folder, "crank", "crank", "--modes", 12))
+        choices = "return Array.from(document.querySelectorAll('#colour option')).map(one => one.text).join()"
+        check("without matrices: no strain energy", "energy" not in browser.execute_script(choices))
+        with h5py.File(folder/"crank.h5") as file:
+            stiffness, constraints = (sparse.csr_matrix((group["data"][:], group["indices"][:], group["indptr"][:]), tuple(group.attrs["shape"]))
+                                      for group in (file["stiffness"], file["constraints"]))
+        result = package().load(folder/"crank_modes.h5")
+        result.view(stiffness=stiffness, constraints=constraints).save(folder/"energies.html")
+        load(browser, folder/"energies.html")
+        check("strain energy is a choice", browser.execute_script(choices).endswith("strain energy"))
+        energies = np.array([np.vdot(phi, stiffness @ phi).real / 4 for phi in result.shapes.T])
+        found = np.array(browser.execute_script("return kschur.facts.modes.map(mode => mode.energy)"))
+        check("sums over nodes are phi^* K phi / 4", np.allclose(found, energies, rtol=1e-9, atol=1e-12 * energies.max()), (found, energies))
+        browser.execute_script("kschur.state.playing = false; kschur.state.phase = 0.6")
+        wait_frames(browser)
+        before = pixels(browser)
+        browser.execute_script("document.getElementById('colour').value = '5'")
+        wait_frames(browser)
+        wait_frames(browser)
+        by_energy = pixels(browser)
+        check("its colours are others", differ(before, by_energy) > 0.001, differ(before, by_energy))
+        check("and so is the key", differ(before[-145:-100, -60:], by_energy[-145:-100, -60:]) > 0.01)
+        drawn = browser.execute_async_script("const done = arguments[0]; models.get(0).then(model => done(model.ties.length / 2 + model.marks.length))")
+        check("constraints are drawn", drawn > 0, drawn)
+        browser.execute_script("Array.from(document.querySelectorAll('#parts label')).find(one => one.textContent === 'constraints').firstChild.click()")
+        time.sleep(0.5)
+        wait_frames(browser)
+        check("and hidden in the list of parts", differ(by_energy, pixels(browser)) > 0.00005, differ(by_energy, pixels(browser)))
+        check_console(browser, "energies")
     finally:
         browser.quit()
 
@@ -176,4 +223,4 @@ def measure_rates(folder):
     browser.quit()
 
 
-run_tests(*([measure_rates] if "--rates" in sys.argv else [test_a_page, test_models, test_a_large_model]))
+run_tests(*([measure_rates] if "--rates" in sys.argv else [test_a_page, test_energies_and_constraints, test_models, test_a_large_model]))

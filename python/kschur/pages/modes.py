@@ -4,6 +4,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy import sparse
 
 from ..errors import InputError, NotThereError
 from ..result import Result
@@ -12,21 +13,37 @@ from .space import STEPS, Space
 
 
 class ModesPage(Page):
-    """A page of modes, all or some, counted from 0."""
+    """A page of modes, all or some, counted from 0, with strain energies where K is given, and constraints where Cq is. Energies are of the
+    unknowns of the problem, and so are the rows of Cq: where T eliminated some neither is shown."""
 
-    def __init__(self, result: Result, modes: Any = None) -> None:
+    def __init__(self, result: Result, modes: Any = None, stiffness: Any = None, constraints: Any = None) -> None:
         if result.geometry is None:
             raise InputError("modes are shown on a geometry: give solve one, as geometry=kschur.Geometry(coordinates)")
         chosen = list(range(len(result))) if modes is None else [range(len(result))[mode] for mode in modes]
         if not chosen:
             raise InputError("there are no modes to be shown")
         space = Space(result.geometry)
+        listed = [_facts(result, mode) for mode in chosen]
+        own = result.geometry.transformation is None
+        stiffness = None if stiffness is None else _fitting(stiffness, "stiffness matrix", result.unknowns, result.unknowns)
         for place, mode in enumerate(chosen):
             space.add(place, result.shape(mode))
+            if stiffness is not None and own:
+                listed[place]["energy"] = space.add_energies(place, result.shape(mode), stiffness)
+        if constraints is not None:
+            constraints = _fitting(constraints, "constraint matrix", np.shape(constraints)[0], result.unknowns)
+            if own:
+                space.add_constraints(constraints)
         facts = {"message": result.message, "certified": result.certified, "notes": result.notes, "steps": STEPS,
                  "nodes": len(result.geometry.coordinates), "unknowns": result.unknowns, "mac": _mac(result, chosen), "box": space.box,
-                 "modes": [_facts(result, mode) for mode in chosen]}
+                 "modes": listed}
         super().__init__("modes", ("mac.js", "modes.js"), facts, space.blocks)
+
+
+def _fitting(matrix: Any, name: str, rows: int, columns: int) -> Any:
+    if np.shape(matrix) != (rows, columns):
+        raise InputError(f"the {name} is {' x '.join(map(str, np.shape(matrix)))} but must be {rows} x {columns}")
+    return sparse.csr_matrix(matrix)
 
 
 def _facts(result: Result, mode: int) -> dict[str, Any]:

@@ -18,6 +18,8 @@ STEPS = 2047
 MOST_PARTS = 30
 # Places along each axis that the curve tells apart, as a power of two.
 BITS = 16
+# Lines of constraints that are drawn, the first ones.
+MOST_TIES = 20000
 # A surface of more triangles than this has a coarser one beside it, of about as many; some of a screen's pixels each.
 COARSE = 20000
 
@@ -51,6 +53,32 @@ class Space:
             if name == "re" or np.iscomplexobj(moved):
                 self.blocks[f"mode-{number}-{name}"] = packed(np.rint(STEPS * part.T / (largest or 1.0)).astype(np.int16))
         return largest
+
+    def add_energies(self, number: int, shape: NDArray[Any], stiffness: Any) -> float:
+        """Strain energies of the nodes, the mean over a period, as the block mode-NUMBER-energy, relative to the largest; returns their sum."""
+        each = 0.25 * (shape.conj() * (stiffness @ shape)).real
+        node = self.geometry.unknown_node
+        energies = np.bincount(node[node >= 0], each[node >= 0], len(self.geometry.coordinates))
+        seen = np.maximum(energies[self.order], 0)
+        self.blocks[f"mode-{number}-energy"] = packed(np.rint(STEPS * seen / (seen.max() or 1.0)).astype(np.int16))
+        return float(energies.sum())
+
+    def add_constraints(self, constraints: Any) -> None:
+        """Lines between the nodes that a row touches, from its first to each other one, as the block model-PLACE-ties, and nodes that a row
+        touches alone, or that stand on each other, as model-PLACE-marks. Nodes within a solid are left out."""
+        place = np.full(len(self.geometry.coordinates), -1)
+        place[self.order] = np.arange(len(self.order))
+        touched = constraints.tocoo()
+        node = self.geometry.unknown_node[touched.col]
+        there = (touched.data != 0) & (node >= 0)
+        pairs = np.unique(np.column_stack([touched.row[there], place[node[there]]]), axis=0)
+        pairs = pairs[pairs[:, 1] >= 0]
+        _, first, of_row, times = np.unique(pairs[:, 0], return_index=True, return_inverse=True, return_counts=True)
+        ends = np.column_stack([pairs[first, 1][of_row.ravel()], pairs[:, 1]])
+        apart = np.any(self.geometry.coordinates[self.order[ends[:, 0]]] != self.geometry.coordinates[self.order[ends[:, 1]]], axis=1)
+        marked = ~apart & ((times[of_row.ravel()] == 1) | (ends[:, 0] != ends[:, 1]))
+        self.blocks[f"model-{self.place}-ties"] = packed(np.unique(np.sort(ends[apart], axis=1), axis=0)[:MOST_TIES].astype(np.int32))
+        self.blocks[f"model-{self.place}-marks"] = packed(np.unique(ends[marked, 0])[:MOST_TIES].astype(np.int32))
 
 
 def packed(numbers: NDArray[Any]) -> str:

@@ -34,6 +34,11 @@ async function displacements(id) {
   return moved;
 }
 
+// Strain energies of the nodes, of which 32767 is the largest; null where there are none.
+async function energies(id) {
+  return document.getElementById(id) ? (await wholeNumbers(id, Int16Array)).map(value => Math.round(value * 32767 / facts.steps)) : null;
+}
+
 // A number for people.
 function shown(value, digits = 5) {
   if (value === null || value === undefined) return "–";

@@ -2,17 +2,18 @@
 const MOTION = `
   uniform float c, s, a, colour, dots;
   vec3 moved(vec3 re, vec3 im) { return c * re - s * im; }
-  float valueOf(vec3 re, vec3 im) {
+  float valueOf(vec3 re, vec3 im, float energy) {
+    if (colour > 4.5) return energy;
     vec3 u = moved(re, im);
     if (colour < 0.5) return sqrt(dot(re, re) + dot(im, im));
     if (colour < 1.5) return length(u);
     return 0.5 + 0.5 * (colour < 2.5 ? u.x : colour < 3.5 ? u.y : u.z);
   }`;
 const SURFACE = {
-  vertexShader: `attribute vec3 re, im; varying float value; varying vec3 seen; ${MOTION}
+  vertexShader: `attribute vec3 re, im; attribute float energy; varying float value; varying vec3 seen; ${MOTION}
   void main() {
     vec4 place = modelViewMatrix * vec4(position + a * moved(re, im), 1.0);
-    value = valueOf(re, im); seen = place.xyz;
+    value = valueOf(re, im, energy); seen = place.xyz;
     gl_Position = projectionMatrix * place; gl_PointSize = 9.0 * dots;
   }`,
   fragmentShader: `varying float value; varying vec3 seen; uniform sampler2D palette; uniform vec4 plain; uniform bool flat_;
@@ -23,13 +24,13 @@ const SURFACE = {
   }`};
 // Lines as rectangles of a width in pixels.
 const LINE = {
-  vertexShader: `attribute vec3 from, to, fromRe, fromIm, toRe, toIm; varying float value; varying vec3 seen; uniform vec2 pane; ${MOTION}
+  vertexShader: `attribute vec3 from, to, fromRe, fromIm, toRe, toIm; attribute float fromEnergy, toEnergy; varying float value; varying vec3 seen; uniform vec2 pane; ${MOTION}
   void main() {
     vec4 first = projectionMatrix * modelViewMatrix * vec4(from + a * moved(fromRe, fromIm), 1.0);
     vec4 last = projectionMatrix * modelViewMatrix * vec4(to + a * moved(toRe, toIm), 1.0);
     vec2 along = (last.xy - first.xy) * pane;
     along = length(along) > 0.0 ? normalize(along) : vec2(1.0, 0.0);
-    value = mix(valueOf(fromRe, fromIm), valueOf(toRe, toIm), position.x); seen = vec3(0.0);
+    value = mix(valueOf(fromRe, fromIm, fromEnergy), valueOf(toRe, toIm, toEnergy), position.x); seen = vec3(0.0);
     gl_Position = mix(first, last, position.x);
     gl_Position.xy += 3.6 * position.y * vec2(-along.y, along.x) / pane;
   }`,
@@ -61,6 +62,8 @@ class Model {
   async load(place) {
     this.coordinates = await floatingNumbers(`model-${place}-coordinates`);
     for (const name of ["triangles", "coarse", "edges", "lines", "points"]) this[name] = await wholeNumbers(`model-${place}-${name}`, Int32Array);
+    for (const name of ["ties", "marks"])
+      this[name] = document.getElementById(`model-${place}-${name}`) ? await wholeNumbers(`model-${place}-${name}`, Int32Array) : new Int32Array();
     this.parts = await wholeNumbers(`model-${place}-parts`, Int16Array);
     this.position = new THREE.BufferAttribute(this.coordinates, 3);
     this.zero = new THREE.BufferAttribute(new Int16Array(this.coordinates.length), 3, true);
@@ -79,7 +82,8 @@ class Model {
       return new Uint32Array(kept);
     };
     this.index = {};
-    for (const [name, corners] of [["triangles", 3], ["coarse", 3], ["edges", 2], ["lines", 2], ["points", 1]]) this.index[name] = seen(this[name], corners);
+    for (const [name, corners] of [["triangles", 3], ["coarse", 3], ["edges", 2], ["lines", 2], ["points", 1], ["ties", 2], ["marks", 1]]) this.index[name] = seen(this[name], corners);
+    if (hidden.has("constraints")) this.index.ties = this.index.marks = new Uint32Array();
     for (const shape of this.shapes.values()) shape.pieces.forEach(piece => piece.geometry.dispose());
     this.shapes.clear();
   }
@@ -94,6 +98,7 @@ class Model {
     if (this.shapes.has(number)) return this.shapes.get(number);
     const re = await displacements(`mode-${number}-re`), im = await displacements(`mode-${number}-im`);
     const parts = [new THREE.BufferAttribute(re, 3, true), im ? new THREE.BufferAttribute(im, 3, true) : this.zero];
+    const energy = await energies(`mode-${number}-energy`);
     const scene = new THREE.Scene(), still = {...uniforms, a: {value: 0}};
     const add = (Kind, name, attributes, material) => {
       if (!this.index[name].length) return null;
@@ -101,6 +106,7 @@ class Model {
       geometry.setAttribute("position", this.position);
       geometry.setAttribute("re", attributes[0]);
       geometry.setAttribute("im", attributes[1]);
+      if (energy) geometry.setAttribute("energy", new THREE.BufferAttribute(energy, 1, true));
       geometry.setIndex(new THREE.BufferAttribute(this.index[name], 1));
       return this.keep(scene, new Kind(geometry, material));
     };
@@ -110,7 +116,8 @@ class Model {
     for (const [name, kept] of [["triangles", shape.fine], ["coarse", shape.coarse]]) kept.push(add(THREE.Mesh, name, parts, this.material(SURFACE, [0, 0, 0, 0], false, surface)));
     shape.edges.push(add(THREE.LineSegments, "edges", parts, this.material(SURFACE, [0.05, 0.08, 0.12, 0.3], true, {transparent: true})));
     add(THREE.Points, "points", parts, this.material(SURFACE, [0, 0, 0, 0], true, {}));
-    if (this.index.lines.length) this.keep(scene, this.thickLines(parts[0].array, parts[1].array));
+    for (const [Kind, name] of [[THREE.LineSegments, "ties"], [THREE.Points, "marks"]]) add(Kind, name, parts, this.material(SURFACE, [0.75, 0.1, 0.55, 1], true, {}));
+    if (this.index.lines.length) this.keep(scene, this.thickLines(parts[0].array, parts[1].array, energy));
     shape.pieces = scene.children;
     this.shapes.set(number, shape);
     return shape;
@@ -122,7 +129,7 @@ class Model {
     return piece;
   }
 
-  thickLines(re, im) {
+  thickLines(re, im, energy) {
     const geometry = new THREE.InstancedBufferGeometry(), lines = this.index.lines;
     geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array([0, -1, 0, 1, -1, 0, 1, 1, 0, 0, 1, 0]), 3));
     geometry.setIndex([0, 1, 2, 0, 2, 3]);
@@ -135,6 +142,10 @@ class Model {
       give(name, this.coordinates, end, Float32Array, false);
       give(`${name}Re`, re, end, Int16Array, true);
       give(`${name}Im`, im, end, Int16Array, true);
+      if (energy) {
+        const part = Int16Array.from({length: lines.length / 2}, (_, i) => energy[lines[2 * i + end]]);
+        geometry.setAttribute(`${name}Energy`, new THREE.InstancedBufferAttribute(part, 1, true));
+      }
     });
     geometry.maxInstancedCount = lines.length / 2;
     return new THREE.Mesh(geometry, this.material(LINE, [0, 0, 0, 0], true, {}));

@@ -44,13 +44,14 @@ function drawScale(pen, pixel, x, y, most) {
 }
 
 function drawKey(pen, x, y, colour) {
-  const stops = colour > 1 ? STOPS.diverging : STOPS.sequential, gradient = pen.createLinearGradient(0, y + 100, 0, y);
+  const signed = colour > 1 && colour < 5, stops = signed ? STOPS.diverging : STOPS.sequential, gradient = pen.createLinearGradient(0, y + 100, 0, y);
   stops.forEach((stop, k) => gradient.addColorStop(k / (stops.length - 1), stop));
   pen.fillStyle = gradient;
   pen.fillRect(x, y, 12, 100);
   pen.fillStyle = "#1d2733";
   pen.textAlign = "right";
+  if (colour > 4) pen.fillText("energy", x + 12, y - 12);
   pen.fillText("1", x - 4, y + 5);
-  pen.fillText(colour > 1 ? "−1" : "0", x - 4, y + 96);
+  pen.fillText(signed ? "−1" : "0", x - 4, y + 96);
   pen.textAlign = "left";
 }

@@ -24,8 +24,9 @@ async function see(seen) {
 
 function listParts(model) {
   const parts = [...new Set(model.parts)].sort((p, q) => p - q);
-  by("parts").style.display = parts.length > 1 ? "" : "none";
-  for (const part of parts) {
+  const tied = model.ties.length + model.marks.length > 0;
+  by("parts").style.display = parts.length > 1 || tied ? "" : "none";
+  for (const part of tied ? [...parts, "constraints"] : parts) {
     const label = document.createElement("label"), box = document.createElement("input");
     Object.assign(box, {type: "checkbox", checked: true});
     box.addEventListener("change", async () => {
@@ -33,7 +34,7 @@ function listParts(model) {
       for (const one of models.values()) (await one).show();
       see([...state.seen]);
     });
-    label.append(box, `part ${part + 1}`);
+    label.append(box, part === "constraints" ? part : `part ${part + 1}`);
     document.querySelector("#parts div").append(label);
   }
 }
@@ -74,7 +75,7 @@ function draw(full, written) {
   Object.assign(uniforms.a, {value: amplitude * camera.size});
   uniforms.colour.value = colour;
   uniforms.dots.value = fine;
-  uniforms.palette.value = palettes[colour > 1 ? 1 : 0];
+  uniforms.palette.value = palettes[colour > 1 && colour < 5 ? 1 : 0];
   renderer.setScissorTest(false);
   renderer.clear();
   renderer.setScissorTest(true);
@@ -175,6 +176,7 @@ async function beginStage(first) {
   camera = new Camera(new THREE.Box3(...facts.box.map(corner => new THREE.Vector3(...corner))));
   camera.follow(by("overlay"), () => pixel);
   listParts(model);
+  if (document.querySelector("[id$=-energy]")) by("colour").add(new Option("strain energy", 5));
   if (model.edges.length / 2 > DENSE) for (const name of ["edges", "rest"]) by(name).checked = false;
   by("play").addEventListener("click", () => { state.playing = !state.playing; state.slow = false; by("play").textContent = state.playing ? "Pause" : "Play"; });
   by("phase").addEventListener("input", () => { state.playing = false; by("play").textContent = "Play"; state.phase = by("phase").value * Math.PI / 180; });
