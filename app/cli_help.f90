@@ -337,6 +337,7 @@ contains
          "  mode_3.pvd             one period of its motion, as mode_3_1.vtu, mode_3_2.vtu, ...", &
          "", &
          "  --html FILE.html       a page for a browser: a list of modes, and the model in motion", &
+         "  --problem FILE.h5      whose result it is: the page shows energies and constraints", &
          "  --picture FILE.png     the modes side by side; .pdf and .svg as well", &
          "  -m, --modes 1,3,7      which modes (all)", &
          "  --point K              those at the K-th point of a sweep, from 1", &

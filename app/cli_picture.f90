@@ -22,15 +22,22 @@ contains
       call draw(quoted(result)//" "//quoted(picture)//numbers(modes), picture, "NumPy, SciPy and Matplotlib", error)
    end subroutine draw_picture
 
-   !> Makes a page for a browser of some modes of a result file.
-   subroutine make_page(result, modes, page, error)
+   !> Makes a page for a browser of some modes of a result file, with strain energies and constraints if the problem is given.
+   subroutine make_page(result, modes, page, error, problem)
       character(len=*), intent(in) :: result
       !> Numbers of modes, counted from 1.
       integer, intent(in) :: modes(:)
       character(len=*), intent(in) :: page
       type(error_type), allocatable, intent(out) :: error
+      !> HDF5 file of the problem of the result; not allocated: none.
+      character(len=:), allocatable, intent(in) :: problem
 
-      call draw("--html "//quoted(result)//" "//quoted(page)//numbers(modes), page, for_pages, error)
+      if (allocated(problem)) then
+         call draw("--html "//quoted(result)//" "//quoted(page)//numbers(modes)//" --problem "//quoted(problem), page, &
+            "h5py, "//for_pages, error)
+      else
+         call draw("--html "//quoted(result)//" "//quoted(page)//numbers(modes), page, for_pages, error)
+      end if
    end subroutine make_page
 
    !> Makes a page for a browser of a sweep, with lines of frequencies at multiples of the speed.

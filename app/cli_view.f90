@@ -13,7 +13,7 @@ module cli_view
 
    !> Request of `kschur view`.
    type :: request_type
-      character(len=:), allocatable :: result, output, picture, html, modes
+      character(len=:), allocatable :: result, output, picture, html, modes, problem
       !> Of a sweep; 0: a result.
       integer :: point = 0
       integer :: frames = 12
@@ -54,34 +54,47 @@ contains
             text(result%mesh%nodes())//" nodes, open modes.pvd or mode_"//text(modes(1))//".pvd")
       end if
       if (allocated(request%picture) .and. .not. allocated(error)) then
-         call draw(request, result, draw_picture, modes, request%picture, error)
+         call draw(request, result, modes, .false., request%picture, error)
          if (.not. allocated(error)) call print_line(request%picture//": "//text(size(modes))//" modes")
       end if
       if (allocated(request%html) .and. .not. allocated(error)) then
-         call draw(request, result, make_page, modes, request%html, error)
+         call draw(request, result, modes, .true., request%html, error)
          if (.not. allocated(error)) call print_line(request%html//": "//text(size(modes))//" modes, open it in a browser")
       end if
    end subroutine view_command
 
    ! Draws modes by a script, which reads a result file: for a point of a sweep, writes a temporary one.
-   subroutine draw(request, result, drawing, modes, picture, error)
+   subroutine draw(request, result, modes, as_page, drawing, error)
       type(request_type), intent(in) :: request
       type(modal_result_type), intent(in) :: result
-      procedure(draw_picture) :: drawing
       integer, intent(in) :: modes(:)
-      character(len=*), intent(in) :: picture
+      !> A page for a browser, else a picture.
+      logical, intent(in) :: as_page
+      character(len=*), intent(in) :: drawing
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: folder
 
       if (request%point == 0) then
-         call drawing(request%result, modes, picture, error)
+         call draw_file(request%result)
          return
       end if
-      call make_scratch(picture, folder, error)
+      call make_scratch(drawing, folder, error)
       if (allocated(error)) return
       call write_hdf5_result(result, folder//"/point_"//text(request%point)//".h5", error)
-      if (.not. allocated(error)) call drawing(folder//"/point_"//text(request%point)//".h5", modes, picture, error)
+      if (.not. allocated(error)) call draw_file(folder//"/point_"//text(request%point)//".h5")
       call remove_scratch(folder)
+
+   contains
+
+      subroutine draw_file(path)
+         character(len=*), intent(in) :: path
+
+         if (as_page) then
+            call make_page(path, modes, drawing, error, request%problem)
+         else
+            call draw_picture(path, modes, drawing, error)
+         end if
+      end subroutine draw_file
    end subroutine draw
 
    subroutine take_request(arguments, request, error)
@@ -93,6 +106,7 @@ contains
       call arguments%take_text("--output", request%output, error, "the name of a folder")
       call arguments%take_text("--picture", request%picture, error)
       call arguments%take_text("--html", request%html, error)
+      call arguments%take_text("--problem", request%problem, error, "the file of the problem")
       call arguments%take_text("--modes", request%modes, error, "numbers of modes, as 1,3,7")
       call arguments%take_integer("--point", 1, request%point, error)
       call arguments%take_integer("--frames", 0, request%frames, error)
@@ -105,6 +119,8 @@ contains
          call new_error(error, error_usage, "no result is given; see kschur help view")
       else if (.not. (allocated(request%output) .or. allocated(request%picture) .or. allocated(request%html))) then
          call new_error(error, error_usage, "kschur view wants --output FOLDER, --picture FILE.png or --html FILE.html")
+      else if (allocated(request%problem) .and. .not. allocated(request%html)) then
+         call new_error(error, error_usage, "--problem is for the page of --html, which shows its constraints and strain energies")
       else if (allocated(request%picture)) then
          if (.not. is_picture(request%picture)) call new_error(error, error_usage, "--picture wants a file that ends in .png, "// &
             ".pdf or .svg, not '"//request%picture//"'; modes move on the page of --html, which saves films of them")

@@ -112,7 +112,10 @@ def test_energies_and_constraints(folder):
                                       for group in (file["stiffness"], file["constraints"]))
         result = package().load(folder/"crank_modes.h5")
         result.view(stiffness=stiffness, constraints=constraints).save(folder/"energies.html")
-        load(browser, folder/"energies.html")
+        page = folder/"of_program.html"
+        kschur("view", folder/"crank_modes.h5", "--html", page, "--problem", folder/"crank.h5")
+        check("the program makes the same page", page.read_bytes() == (folder/"energies.html").read_bytes())
+        load(browser, page)
         check("strain energy is a choice", browser.execute_script(choices).endswith("strain energy"))
         energies = np.array([np.vdot(phi, stiffness @ phi).real / 4 for phi in result.shapes.T])
         found = np.array(browser.execute_script("return kschur.facts.modes.map(mode => mode.energy)"))

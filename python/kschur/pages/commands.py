@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from ..errors import InputError
 from ..geometry import Geometry
 from ..result import Result
 from ..sweeping import Sweep
@@ -15,17 +16,40 @@ from .sweep import SweepPage
 
 
 def main(words: list[str]) -> None:
-    """Words are what is made a page, its file, the page, and numbers."""
+    """Words are what is made a page, its file, the page, and numbers; of modes also --problem and a file."""
     kind, path, page, *numbers = words
+    problem = numbers.pop() if numbers[-2:-1] == ["--problem"] else None
+    numbers = [number for number in numbers if number != "--problem"]
     try:
-        made = {"--html": _modes, "--sweep": _sweep, "--response": _response}[kind](path, [float(number) for number in numbers])
+        made = {"--html": _modes, "--sweep": _sweep, "--response": _response}[kind](path, [float(number) for number in numbers],
+                                                                                *([problem] if problem else []))
         made.save(page)
     except Exception as error:
         sys.exit(f"kschur-picture: {error}")
 
 
-def _modes(path: str, numbers: list[float]) -> Page:
-    return ModesPage(Result.read(path), [int(number) - 1 for number in numbers])
+def _modes(path: str, numbers: list[float], problem: str | None = None) -> Page:
+    return ModesPage(Result.read(path), [int(number) - 1 for number in numbers], *(_matrices(problem) if problem else ()))
+
+
+def _matrices(problem: str) -> list[Any]:
+    """K and Cq of an HDF5 file, None where it has none."""
+    import h5py
+
+    if not h5py.is_hdf5(problem):
+        raise InputError(f"{problem}: is no HDF5 file of a problem")
+    with h5py.File(problem) as file:
+        if "stiffness" not in file:
+            raise InputError(f"{problem}: has no stiffness matrix")
+        return [_completed(_matrix(file, "stiffness")), _matrix(file, "constraints")]
+
+
+def _completed(matrix: Any) -> Any:
+    """With both triangles where one is stored."""
+    from scipy.sparse import tril, triu
+
+    lower, upper = tril(matrix, -1), triu(matrix, 1)
+    return matrix + (lower + upper).T if (lower.nnz == 0) != (upper.nnz == 0) else matrix
 
 
 def _sweep(folder: str, orders: list[float]) -> Page:
@@ -37,12 +61,13 @@ def _sweep(folder: str, orders: list[float]) -> Page:
     return SweepPage(sweep, orders)
 
 
-def _transformation(file: Any) -> Any:
+def _matrix(file: Any, name: str) -> Any:
+    """None if it is not in the file."""
     from scipy.sparse import csr_matrix
 
-    if "transformation" not in file:
+    if name not in file:
         return None
-    group = file["transformation"]
+    group = file[name]
     return csr_matrix(tuple(group[part][()] for part in ("data", "indices", "indptr")), tuple(group.attrs["shape"]))
 
 
@@ -52,5 +77,5 @@ def _response(path: str, numbers: list[float]) -> Page:
     with h5py.File(path) as file:
         geometry = Geometry.of_arrays(*(file[name][()] if name in file else None for name in (
             "coordinates", "unknown_node", "unknown_component", "cells/offsets", "cells/connectivity", "cells/types")),
-            transformation=_transformation(file)) if "coordinates" in file else None
+            transformation=_matrix(file, "transformation")) if "coordinates" in file else None
         return ResponsePage(file["frequency_hz"][()], file["response"][()], [int(number) - 1 for number in numbers], geometry)
