@@ -5,8 +5,8 @@ module cli_view
    use cli_picture, only: draw_picture, make_page
    use cli_scratch, only: make_scratch, remove_scratch
    use cli_system, only: check_new_file, check_new_folder, print_line
-   use kschur, only: add_context, error_input, error_type, error_usage, modal_result_type, new_error, &
-      read_hdf5_result, read_hdf5_sweep_point, text, write_hdf5_result, write_view, wp
+   use kschur, only: add_context, error_input, error_type, error_usage, modal_problem_type, modal_result_type, new_error, &
+      read_hdf5_problem, read_hdf5_result, read_hdf5_sweep_point, text, write_hdf5_result, write_view, wp
    implicit none
    private
    public :: view_command
@@ -48,6 +48,8 @@ contains
          call add_context(error, request%result)
          return
       end if
+      if (allocated(request%problem)) call check_problem(request, result, error)
+      if (allocated(error)) return
       if (allocated(request%output)) then
          call write_view(result, modes, request%frames, request%amplitude, request%output, error)
          if (.not. allocated(error)) call print_line(request%output//": "//text(size(modes))//" modes on "// &
@@ -62,6 +64,19 @@ contains
          if (.not. allocated(error)) call print_line(request%html//": "//text(size(modes))//" modes, open it in a browser")
       end if
    end subroutine view_command
+
+   ! Fails unless --problem names a problem with the unknowns of the result.
+   subroutine check_problem(request, result, error)
+      type(request_type), intent(in) :: request
+      type(modal_result_type), intent(in) :: result
+      type(error_type), allocatable, intent(out) :: error
+      type(modal_problem_type) :: problem
+
+      call read_hdf5_problem(problem, request%problem, error, trial=.true.)
+      if (allocated(error)) return
+      if (problem%unknowns() /= result%unknowns) call new_error(error, error_input, request%problem//": the problem has "// &
+         text(problem%unknowns())//" unknowns, "//request%result//" has "//text(result%unknowns))
+   end subroutine check_problem
 
    ! Draws modes by a script, which reads a result file: for a point of a sweep, writes a temporary one.
    subroutine draw(request, result, modes, as_page, drawing, error)

@@ -133,13 +133,13 @@ contains
          end associate
          return
       end if
-      !$omp critical (kschur_spare_matrices)
+      !$omp critical
       i = minloc(self%spare%rows, 1, self%spare%rows >= n .and. self%spare%rows <= 2*n)
       if (i > 0) then
          matrix = self%spare(i)
          self%spare(i) = matrix_type()
       end if
-      !$omp end critical (kschur_spare_matrices)
+      !$omp end critical
       if (.not. associated(matrix%entries)) allocate (matrix%entries(entries), stat=status)
    end subroutine give
 
@@ -159,14 +159,14 @@ contains
          return
       end if
       if (matrix%rows >= least_spare) then
-         !$omp critical (kschur_spare_matrices)
+         !$omp critical
          i = minloc(self%spare%rows, 1)
          if (matrix%rows > self%spare(i)%rows) then
             if (associated(self%spare(i)%entries)) deallocate (self%spare(i)%entries)
             self%spare(i) = matrix
             matrix = matrix_type()
          end if
-         !$omp end critical (kschur_spare_matrices)
+         !$omp end critical
       end if
       if (associated(matrix%entries)) deallocate (matrix%entries)
    end subroutine take_back

@@ -94,5 +94,16 @@ def test_a_picture_that_moves(folder):
         check_refused(f"--picture {name}", 1, kschur("view", result, "--picture", name, cwd=folder), f"{name}'", ".png, .pdf or .svg", "--html")
 
 
+def test_the_problem_of_a_view(folder):
+    result, page = folder/"modes.h5", folder/"modes.html"
+    kschur("scene", "grid", "--cells", "2x2", "--output", folder/"grid.h5")
+    kschur("scene", "grid", "--cells", "3x2", "--output", folder/"other.h5")
+    kschur("solve", folder/"grid.h5", "--modes", 2, "--output", result)
+    check_refused("--problem of another result", 2, kschur("view", result, "--html", page, "--problem", folder/"other.h5"), "unknowns")
+    check_refused("--problem that is a result", 2, kschur("view", result, "--html", page, "--problem", result), "there is no group /mass")
+    check_refused("--problem without --html", 1, kschur("view", result, "--picture", folder/"a.png", "--problem", folder/"grid.h5"), "--html")
+    check("nothing is written", not page.exists() and not (folder/"a.png").exists())
+
+
 run_tests(test_nothing_wrong, test_transposed_constraints, test_floating_unknowns, test_negative_masses, test_swapped, test_asymmetry,
-          test_a_picture_that_moves)
+          test_a_picture_that_moves, test_the_problem_of_a_view)

@@ -1,8 +1,9 @@
 !> Replaces the module of this name in a build without HDF5.
 module kschur_hdf5_sweep
    use kschur_error, only: error_type, new_error, error_usage
-   use kschur_kept_result, only: kept_result_type
+   ! In the other order gfortran 12 ends with an internal error.
    use kschur_result, only: modal_result_type
+   use kschur_kept_result, only: kept_result_type
    use kschur_sweep, only: sweep_type
    implicit none
    private

@@ -5,7 +5,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
 from ..geometry import Geometry
 from ..result import Result
 from ..sweeping import Sweep
@@ -36,29 +35,8 @@ def _matrices(problem: str) -> list[Any]:
     """K and Cq of an HDF5 file, None where it has none."""
     import h5py
 
-    if not h5py.is_hdf5(problem):
-        raise InputError(f"{problem}: is no HDF5 file of a problem")
     with h5py.File(problem) as file:
-        if "stiffness" not in file:
-            raise InputError(f"{problem}: has no stiffness matrix")
-        return [_completed(_matrix(file, "stiffness")), _matrix(file, "constraints")]
-
-
-def _completed(matrix: Any) -> Any:
-    """With both triangles where one is stored."""
-    from scipy.sparse import tril, triu
-
-    lower, upper = tril(matrix, -1), triu(matrix, 1)
-    return matrix + (lower + upper).T if (lower.nnz == 0) != (upper.nnz == 0) else matrix
-
-
-def _sweep(folder: str, orders: list[float]) -> Page:
-    sweep = Sweep.read(Path(folder, "sweep.h5"))
-    for point in range(len(sweep.values)):
-        of_point = Path(folder, f"point_{point + 1}.h5")
-        if of_point.exists():
-            sweep.results[point] = Result.read(of_point)
-    return SweepPage(sweep, orders)
+        return [_matrix(file, name) for name in ("stiffness", "constraints")]
 
 
 def _matrix(file: Any, name: str) -> Any:
