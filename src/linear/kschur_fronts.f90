@@ -73,8 +73,8 @@ module kschur_fronts
 
 contains
 
-   !> Computes the columns of supernode s; its descendants must be done. In tiles, by all threads, the digits are others than by one
-   !> thread alone, but the same for any number of threads.
+   !> Computes the columns of supernode s; its descendants must be done. Tiles, which all threads share, change the digits; the
+   !> number of threads does not.
    subroutine eliminate_supernode(symbolic, s, in_tiles, shared, factors, front, stopped, common)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s
@@ -94,14 +94,14 @@ contains
       if (present(common)) leads = common%leads
       if (.not. leads) then
          if (.not. has_updates(shared, s)) then
-            call add_shares(symbolic, s, .true., front, common)
+            call add_shares(symbolic, s, .true., front%entries, front, common)
             return
          end if
       end if
       front%supernode = s
       call find_rows(symbolic, front)
       call make_update(shared, front, in_place, stopped)
-      if (stopped .and. present(common)) call add_shares(symbolic, s, .true., front, common)
+      if (stopped .and. present(common)) call add_shares(symbolic, s, .true., front%entries, front, common)
       if (stopped) return
       associate (update => shared%update(s))
          if (in_place) then
@@ -137,7 +137,7 @@ contains
             symbolic%first(s + 1) - 1), update => shared%update(s))
             if (front%enclosure%side /= 0) call begin_enclosure(symbolic, shared, front)
             if (present(common)) then
-               call add_shares(symbolic, s, .false., front, common)
+               call add_shares(symbolic, s, .false., panel, front, common)
                if (.not. leads) then
                   if (front%enclosure%side /= 0 .and. rows > columns) update%sum = front%sum(columns + 1:rows)
                   return
@@ -164,16 +164,18 @@ contains
    end subroutine eliminate_supernode
 
    !> Adds the columns of a supernode of all processes, and their sums and terms of the enclosure, in the one that leads.
-   subroutine add_shares(symbolic, s, is_empty, front, common)
+   subroutine add_shares(symbolic, s, is_empty, panel, front, common)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s
       !> This process has nothing to add.
       logical, intent(in) :: is_empty
+      !> Its rows and columns.
+      real(wp), intent(inout) :: panel(*)
       type(front_type), intent(inout) :: front
       class(common_supernodes_type), intent(inout) :: common
 
       associate (columns => symbolic%first(s + 1) - symbolic%first(s))
-         call common%add_up(is_empty, front%entries(:columns*(columns + symbolic%start(s + 1) - symbolic%start(s))))
+         call common%add_up(is_empty, panel(:columns*(columns + symbolic%start(s + 1) - symbolic%start(s))))
          if (front%enclosure%side == 0) return
          call common%add_up(is_empty, front%enclosure%sum(:columns))
          call common%add_up(is_empty, front%enclosure%terms(:columns))

@@ -1,5 +1,5 @@
-!> Direct solver for real symmetric definite matrices by supernodal LDL^T in AMD order. Without pivoting the work and memory are
-!> known in advance.
+!> Direct solver for real symmetric definite matrices by multifrontal LDL^T in AMD or METIS order. Without pivoting the work and
+!> memory are known in advance.
 module kschur_ldl
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_memory, error_singular, error_usage

@@ -45,7 +45,7 @@ contains
       real(wp), intent(inout) :: c(ldc, *)
       integer :: i, j, last
 
-      if (rows*columns*terms < call_cost) then
+      if (real(rows, wp)*columns*terms < call_cost) then
          call subtract_small(rows, columns, terms, a, lda, b, ldb, c, ldc)
          return
       end if

@@ -20,8 +20,8 @@ module kschur_supernodal
 
 contains
 
-   !> Factors a symmetric matrix, of which one triangle is read. Stops at a pivot that is zero or NaN; columns that depend on it
-   !> are set to zero. With `side`, moves each pivot downwards (-1) or upwards (1) by the bound of the rounding errors.
+   !> Factors a symmetric matrix, of which one triangle is read. Stops at a pivot that is zero or NaN; pivots that depend on it
+   !> are zero. With `side`, moves each pivot downwards (-1) or upwards (1) by the bound of the rounding errors.
    subroutine eliminate(matrix, symbolic, subtrees, side, factors, error, monitor, least, pivots_only, common)
       type(csr_matrix_type), target, intent(in) :: matrix
       type(symbolic_type), intent(in) :: symbolic
@@ -46,7 +46,7 @@ contains
       if (present(pivots_only)) shared%stores = .not. pivots_only
       allocate (fronts(team_size()), stat=status)
       if (status == 0) call make_room(symbolic, side, shared%stores, factors, fronts, status, common)
-      if (present(least)) fronts%enclosure%least = least
+      if (present(least) .and. status == 0) fronts%enclosure%least = least
       if (status == 0) call set_shared(matrix, symbolic, subtrees, side, shared, status, common)
       if (status == 0) call make_stacks(shared%plan%entries, fronts, status)
       failed = status /= 0
@@ -58,7 +58,7 @@ contains
       if (.not. failed) then
          !$omp parallel num_threads(size(fronts)) if (size(subtrees%root) > 1)
          !$omp master
-         call eliminate_tree(own + 1, own, symbolic, shared, factors, fronts, monitor)
+         call eliminate_parts(own, symbolic, shared, factors, fronts, monitor)
          !$omp end master
          !$omp end parallel
          if (present(common)) call eliminate_common(symbolic, own, shared, factors, fronts, common)
@@ -68,28 +68,37 @@ contains
       if (.not. allocated(error)) call ask_monitor(monitor, error)
    end subroutine eliminate
 
-   ! Factors the parts below part t, from the leaves, then part t, if it is one of the first `own`; the next number stands for all
-   ! that is above these. Depth first, so that few update matrices are there at a time.
-   recursive subroutine eliminate_tree(t, own, symbolic, shared, factors, fronts, monitor)
-      integer, intent(in) :: t, own
+   ! Factors the first `own` parts, a part after its children. A leaf also waits for one some leaves before it, so that parts above
+   ! are done in between and few update matrices are there at a time.
+   subroutine eliminate_parts(own, symbolic, shared, factors, fronts, monitor)
+      integer, intent(in) :: own
       type(symbolic_type), intent(in) :: symbolic
       type(elimination_type), intent(inout) :: shared
       type(supernodal_factors_type), intent(inout) :: factors
       !> One for each thread.
       type(front_type), intent(inout) :: fronts(:)
       class(monitor_type), optional, intent(inout) :: monitor
-      integer :: i, c
+      ! Dependencies: the last but one stands for what is above the parts, the last one for no leaf before.
+      logical :: turn(size(shared%subtrees%root) + 2)
+      integer :: leaves(size(shared%subtrees%root)), t, i, k, before
 
+      k = 0
       do i = 1, size(shared%subtrees%order)
-         c = shared%subtrees%order(i)
-         if (c > own .or. min(shared%subtrees%above(c), own + 1) /= t) cycle
-         !$omp task default(shared) firstprivate(c) if (size(fronts) > 1)
-         call eliminate_tree(c, own, symbolic, shared, factors, fronts, monitor)
+         t = shared%subtrees%order(i)
+         if (t > own) cycle
+         before = size(turn)
+         if (shared%subtrees%is_leaf(t)) then
+            k = k + 1
+            leaves(k) = t
+            if (k > 2*size(fronts)) before = leaves(k - 2*size(fronts))
+         end if
+         !$omp task default(shared) firstprivate(t) depend(out: turn(t)) depend(in: turn(shared%subtrees%above(t)), turn(before)) &
+         !$omp    if (size(fronts) > 1)
+         call eliminate_part(symbolic, t, shared, factors, fronts(thread_number()), monitor)
          !$omp end task
       end do
       !$omp taskwait
-      if (t <= own) call eliminate_part(symbolic, t, shared, factors, fronts(thread_number()), monitor)
-   end subroutine eliminate_tree
+   end subroutine eliminate_parts
 
    ! Factors the common supernodes after the first `own` parts: the process that leads has their columns and adds the updates of
    ! the others. None is factored if a part was stopped in any process.
@@ -111,7 +120,7 @@ contains
       do s = common%first, size(symbolic%first) - 1
          if (stopped) then
             ! Others wait for the exchange.
-            call add_shares(symbolic, s, .true., fronts(1), common)
+            call add_shares(symbolic, s, .true., fronts(1)%entries, fronts(1), common)
          else
             call eliminate_supernode(symbolic, s, entries_of_panel(symbolic, s) >= least_entries, shared, factors, fronts(1), &
                stopped, common)
@@ -138,6 +147,8 @@ contains
       logical :: stopped, ended
       integer :: c, s
 
+      ! A part that was stopped left matrices on them.
+      front%stacks%top = 0
       stopped = .false.
       do c = 1, t - 1
          if (shared%subtrees%above(c) == t) stopped = stopped .or. shared%stopped(c)

@@ -89,7 +89,7 @@ contains
          share(p) = share(p) + real_bytes*columns*((columns - 1)/2 + rows) + integer_bytes*rows
          most = max(most, columns*(columns + rows))
       end do
-      bytes = maxval(share) + 3*real_bytes*most + 6*integer_bytes*size(symbolic%order)
+      bytes = maxval(share) + 3*real_bytes*most + symbolic%update_bytes() + 6*integer_bytes*size(symbolic%order)
    end function largest_share
 
    subroutine find_tree(symbolic, tree, roots)
