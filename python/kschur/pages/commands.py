@@ -39,6 +39,15 @@ def _matrices(problem: str) -> list[Any]:
         return [_matrix(file, name) for name in ("stiffness", "constraints")]
 
 
+def _sweep(folder: str, orders: list[float]) -> Page:
+    sweep = Sweep.read(Path(folder, "sweep.h5"))
+    for point in range(len(sweep.values)):
+        of_point = Path(folder, f"point_{point + 1}.h5")
+        if of_point.exists():
+            sweep.results[point] = Result.read(of_point)
+    return SweepPage(sweep, orders)
+
+
 def _matrix(file: Any, name: str) -> Any:
     """None if it is not in the file."""
     from scipy.sparse import csr_matrix
