@@ -13,7 +13,8 @@ module kschur_panel
       integer :: side = 0
       !> Dimensions of the panel.
       integer :: rows = 0, columns = 0
-      !> Of each row of the diagonal block, the sum of (e_p + sqrt(e_p)) |d_p| l_kp^2 over the columns done, and their number.
+      !> Of each row of the diagonal block, the sum of (e_p + sqrt(e_p)) |d_p| l_kp^2 over the columns done; of all
+      !> columns before it, the number of entries.
       real(wp), allocatable :: sum(:), terms(:)
       !> Bound of errors by underflow.
       real(wp) :: underflow = 0
@@ -111,9 +112,9 @@ contains
       !> columns <= rows.
       integer, intent(in) :: rows, columns, lda
       real(wp), intent(inout) :: panel(lda, columns)
-      !> D; stops after a pivot that is zero or NaN.
+      !> D; after a pivot that is zero or NaN the others are undefined.
       real(wp), intent(inout) :: pivot(columns)
-      !> Workspace, columns x columns.
+      !> Workspace, at most 12 x columns.
       real(wp), intent(inout) :: scaled(*)
       type(enclosure_type), intent(inout) :: enclosure
       integer :: first, last
@@ -162,7 +163,7 @@ contains
          scaled(:, p) = pivot(p)*panel(eliminated + 1:last, p)
       end do
       call subtract_trapezoid(rows - eliminated, last - eliminated, eliminated, panel(eliminated + 1, 1), lda, scaled, &
-         last - eliminated,          panel(eliminated + 1, eliminated + 1), lda)
+         last - eliminated, panel(eliminated + 1, eliminated + 1), lda)
    end subroutine subtract_columns
 
    ! Eliminates columns first..last one by one, after the update by earlier ones: L and D by the unblocked algorithm.

@@ -3,8 +3,9 @@
 !> In floating-point arithmetic L D L^T = A + E, where |E| <= c u |L||D||L|^T, u the unit roundoff and c the number of
 !> terms in a row of L and a few more (Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., lemma 8.4 and
 !> section 9.3). The lemma holds in whatever order and in whatever blocks the terms are summed, with fused multiplications
-!> or without, as each term goes through no more additions than there are terms; so it holds for supernodes, and for BLAS
-!> that multiplies in the conventional way. A stored zero adds nothing, but counts as a term. E is bounded by a diagonal matrix
+!> or without, as each term goes through no more additions than there are terms; so it holds for supernodes, for sums that
+!> fronts and processes pass on, and for BLAS that multiplies in the conventional way. A stored zero adds nothing, but counts
+!> as a term. E is bounded by a diagonal matrix
 !> S,
 !>
 !>    |x^T E x| <= u sum_p |d_p| (sum_k sqrt(c_k) |l_kp| |x_k|)^2 <= x^T S x,

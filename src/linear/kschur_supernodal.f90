@@ -30,7 +30,7 @@ contains
       !> Overwritten; its memory is reused if it fits.
       type(supernodal_factors_type), intent(inout) :: factors
       type(error_type), allocatable, intent(out) :: error
-      !> Polled between parts of the tree, and between supernodes above its leaves; cancelling is an error.
+      !> Polled between parts of the tree, and between supernodes above its leaves, common ones excepted; cancelling is an error.
       class(monitor_type), optional, intent(inout) :: monitor
       !> Least size of a pivot; smaller ones are replaced by it. Absent: 0.
       real(wp), optional, intent(in) :: least
