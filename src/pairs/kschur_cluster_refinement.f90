@@ -36,7 +36,8 @@ contains
       type(eigenpairs_type), intent(inout) :: pairs
       !> Largest change of an eigenvalue (1/s): beyond it lies another one.
       real(wp), intent(in) :: max_change
-      !> How far the iteration moves an eigenvalue, relative to it; `huge`: to others, or a solve failed.
+      !> How far the iteration moves an eigenvalue, relative to it; `huge`: to others, or a solve failed; 0 where the
+      !> pairs are not independent.
       real(wp), intent(out) :: change
       !> Whether the iteration converged, and the pairs are replaced.
       logical, intent(out) :: refined
@@ -49,11 +50,12 @@ contains
       logical :: done
 
       refined = .false.
-      change = huge(1.0_wp)
+      change = 0
       unit = maxval(abs(pairs%lambda))
       call begin_pair(pairs, on_axis, pair)
       call make_orthonormal(unit, pair, done)
       if (.not. done) return
+      change = huge(1.0_wp)
       last = huge(1.0_wp)
       of_values = huge(1.0_wp)
       do step = 1, steps

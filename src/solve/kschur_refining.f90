@@ -7,10 +7,9 @@ module kschur_refining
    use kschur_kinds, only: wp
    use kschur_modes, only: modes_type
    use kschur_outcome, only: certified_yes
-   use kschur_shapes, only: independent_parts
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_split, only: cluster_type, split
-   use kschur_tolerances, only: dependent_state, equal_value, known_well, no_correct_digits, same_value
+   use kschur_tolerances, only: equal_value, known_well, no_correct_digits, same_value
    implicit none
    private
    public :: refine_modes
@@ -45,7 +44,7 @@ contains
       if (.not. any(chosen)) return
       allocate (discs, source=max(same_value*abs(modes%lambda), min(modes%uncertainty, no_correct_digits*abs(modes%lambda))))
       do attempt = 1, 2
-         call refine_clusters(s, modes, attempt == 1, discs, chosen)
+         call refine_clusters(s, modes, discs, chosen)
          if (.not. any(chosen)) exit
          ! What does not converge alone may belong to others.
          discs = merge(no_correct_digits, same_value, chosen)*abs(modes%lambda)
@@ -55,10 +54,9 @@ contains
    end subroutine refine_modes
 
    ! Refines clusters with chosen members.
-   subroutine refine_clusters(s, modes, is_first, discs, chosen)
+   subroutine refine_clusters(s, modes, discs, chosen)
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(inout) :: modes
-      logical, intent(in) :: is_first
       !> Radius of the disc of each eigenvalue (1/s).
       real(wp), intent(in) :: discs(:)
       !> On return those that did not converge.
@@ -92,9 +90,6 @@ contains
             call refine_cluster(s%work, transposed, clusters(i)%on_axis, refined(i)%pairs, radius, change, &
                refined(i)%found)
             failed(members) = chosen(members) .and. .not. refined(i)%found .and. change > known_well
-            if (size(members) > 1 .and. any(failed(members)) .and. is_first) then
-               if (any(independent_parts(modes, members) <= dependent_state)) failed(members) = .false.
-            end if
          end associate
       end do
       chosen = failed
