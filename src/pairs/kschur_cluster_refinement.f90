@@ -2,12 +2,13 @@
 module kschur_cluster_refinement
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
-   use kschur_kinds, only: wp, xp
+   use kschur_extended_residual, only: residual_of, violations_of
+   use kschur_kinds, only: wp
    use kschur_lapack, only: zgesv
    use kschur_problem, only: modal_problem_type
    use kschur_projected, only: independent_eigenvectors, schur_form
    use kschur_sparse, only: csr_matrix_type
-   use kschur_tolerances, only: cancelled, dependent, known_well, rounding_of_sums, slow_refinement
+   use kschur_tolerances, only: cancelled, dependent, known_well, no_correct_digits, rounding_of_sums, slow_refinement
    implicit none
    private
    public :: refine_cluster
@@ -36,8 +37,8 @@ contains
       type(eigenpairs_type), intent(inout) :: pairs
       !> Largest change of an eigenvalue (1/s): beyond it lies another one.
       real(wp), intent(in) :: max_change
-      !> How far the iteration moves an eigenvalue, relative to it; `huge`: to others, or a solve failed; 0 where the
-      !> pairs are not independent.
+      !> How far eigenvalues were moved, or if they are not refined their last correction, relative to them. `huge`: convergence to
+      !> others; 0 where the pairs are not independent, or the first matrix is singular.
       real(wp), intent(out) :: change
       !> Whether the iteration converged, and the pairs are replaced.
       logical, intent(out) :: refined
@@ -55,30 +56,34 @@ contains
       call begin_pair(pairs, on_axis, pair)
       call make_orthonormal(unit, pair, done)
       if (.not. done) return
-      change = huge(1.0_wp)
       last = huge(1.0_wp)
-      of_values = huge(1.0_wp)
       do step = 1, steps
          call find_correction(problem, transposed, unit, pair, dx, dxi, ds, done)
+         ! Singular at once: it is one of several eigenvalues, and nothing speaks against it.
+         if (step == 1 .and. .not. done) return
          if (.not. done) exit
-         correction = max(maxval(abs(ds))/unit, norm2(abs(dx)))
+         of_values = maxval(abs(ds))/unit
+         correction = max(of_values, norm2(abs(dx)))
          if (.not. correction <= slow_refinement*last) exit
          last = correction
-         of_values = maxval(abs(ds))/unit
          pair%x = pair%x + dx
          pair%xi = pair%xi + dxi
          pair%s = pair%s + ds
          call make_orthonormal(unit, pair, done)
-         if (.not. done) return
+         if (.not. done) exit
          if (last <= epsilon(1.0_wp)) exit
       end do
-      call split_pair(pair, found, done)
+      change = huge(1.0_wp)
+      if (done) call split_pair(pair, found, done)
       if (.not. done) return
-      moved = maxval([(minval(abs(pairs%lambda - found%lambda(step))), step=1, size(found%lambda))])
+      moved = max(maxval([(minval(abs(pairs%lambda - found%lambda(step))), step=1, size(found%lambda))]), &
+         maxval([(minval(abs(found%lambda - pairs%lambda(step))), step=1, size(pairs%lambda))]))
       if (moved > max_change) return
-      change = max(of_values, moved/unit)
-      ! Above `known_well` the correction has stagnated. Shapes do so where copies are missing in the cluster.
-      refined = last <= known_well
+      ! Where copies are missing in the cluster shapes are not unique, and only the values converge.
+      refined = of_values <= known_well .and. last <= no_correct_digits
+      change = merge(moved/unit, of_values, refined)
+      ! Rounding makes no pair of two real eigenvalues.
+      if (size(found%lambda) < size(pairs%lambda)) refined = .false.
       if (.not. refined) return
       ! Newton steps from an axis stay on it; what leads off it is rounding.
       if (.not. any(abs(real(pairs%lambda, wp)) > 0)) found%lambda = cmplx(0, aimag(found%lambda), wp)
@@ -363,63 +368,4 @@ contains
          end do
       end do
    end subroutine add_entries
-
-   ! Column j of the residual M X T^2 + R X T + K X + Cq^T Xi, T upper triangular, summed in extended precision.
-   function residual_of(problem, transposed, x, xi, t, j)
-      type(modal_problem_type), intent(in) :: problem
-      type(csr_matrix_type), intent(in) :: transposed
-      complex(wp), intent(in) :: x(:, :), t(:, :)
-      !> Multipliers of the column.
-      complex(wp), intent(in) :: xi(:)
-      integer, intent(in) :: j
-      complex(wp) :: residual_of(size(x, 1))
-      complex(xp), dimension(size(x, 1)) :: phi, velocity, acceleration
-      complex(xp) :: force, square
-      integer :: i, k
-
-      phi = x(:, j)
-      velocity = 0
-      acceleration = 0
-      do i = 1, j
-         square = 0
-         do k = i, j
-            square = square + cmplx(t(i, k), kind=xp)*t(k, j)
-         end do
-         velocity = velocity + cmplx(t(i, j), kind=xp)*x(:, i)
-         acceleration = acceleration + square*x(:, i)
-      end do
-      do i = 1, size(phi)
-         force = row_product(problem%mass, i, acceleration) + row_product(problem%damping, i, velocity) &
-            + row_product(problem%stiffness, i, phi) + row_product(transposed, i, cmplx(xi, kind=xp))
-         if (allocated(problem%loss)) force = force + (0.0_xp, 1.0_xp)*row_product(problem%loss, i, phi)
-         residual_of(i) = cmplx(force, kind=wp)
-      end do
-   end function residual_of
-
-   ! The constraint violation Cq phi, summed in extended precision.
-   function violations_of(constraints, phi)
-      type(csr_matrix_type), intent(in) :: constraints
-      complex(wp), intent(in) :: phi(:)
-      complex(wp) :: violations_of(constraints%rows)
-      complex(xp) :: x(size(phi))
-      integer :: i
-
-      x = phi
-      do i = 1, constraints%rows
-         violations_of(i) = cmplx(row_product(constraints, i, x), kind=wp)
-      end do
-   end function violations_of
-
-   ! Row i of a matrix times a vector, in extended precision.
-   pure complex(xp) function row_product(matrix, i, x) result(total)
-      type(csr_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: i
-      complex(xp), intent(in) :: x(:)
-      integer :: k
-
-      total = 0
-      do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-         total = total + matrix%value(k)*x(matrix%column(k))
-      end do
-   end function row_product
 end module kschur_cluster_refinement

@@ -7,9 +7,10 @@ module kschur_refining
    use kschur_kinds, only: wp
    use kschur_modes, only: modes_type
    use kschur_outcome, only: certified_yes
+   use kschur_shapes, only: independent_part
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_split, only: cluster_type, split
-   use kschur_tolerances, only: equal_value, known_well, no_correct_digits, same_value
+   use kschur_tolerances, only: dependent_state, equal_value, known_well, no_correct_digits, same_value
    implicit none
    private
    public :: refine_modes
@@ -32,118 +33,130 @@ contains
       type(solve_context_type), intent(in) :: s
       !> Of the iterated problem.
       type(modes_type), intent(inout) :: modes
-      logical, allocatable :: chosen(:)
-      real(wp), allocatable :: discs(:)
-      integer :: attempt
+      logical, allocatable :: chosen(:), dropped(:)
+      real(wp), allocatable :: discs(:), changes(:)
+      integer :: j, k
 
       allocate (chosen, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
-      if (s%problem%symmetric) then
-         chosen = chosen .and. modes%uncertainty > equal_value*abs(modes%lambda)
-         if (any(chosen)) chosen = unpack(feel_inertia(s%work, chosen_pairs(modes, chosen)), chosen, .false.)
-      end if
+      if (s%problem%symmetric) chosen = chosen .and. modes%uncertainty > equal_value*abs(modes%lambda)
       if (.not. any(chosen)) return
-      allocate (discs, source=max(same_value*abs(modes%lambda), min(modes%uncertainty, no_correct_digits*abs(modes%lambda))))
-      do attempt = 1, 2
-         call refine_clusters(s, modes, discs, chosen)
-         if (.not. any(chosen)) exit
-         ! What does not converge alone may belong to others.
-         discs = merge(no_correct_digits, same_value, chosen)*abs(modes%lambda)
+      allocate (changes(size(chosen)), source=0.0_wp)
+      discs = max(same_value*abs(modes%lambda), min(modes%uncertainty, no_correct_digits*abs(modes%lambda)))
+      call refine_clusters(s, discs, chosen, modes, changes)
+      ! What does not converge alone may belong to others.
+      chosen = changes > 0
+      discs = merge(no_correct_digits, same_value, chosen)*abs(modes%lambda)
+      call refine_clusters(s, discs, chosen, modes, changes)
+      allocate (dropped, source=changes > no_correct_digits)
+      ! Rounding of the stiffness may be what hides a mode of a symmetric problem: its bound says so.
+      if (s%problem%symmetric .and. any(dropped)) &
+         dropped = unpack(feel_inertia(s%work, chosen_pairs(modes, dropped)), dropped, .false.)
+      do j = 1, size(changes)
+         ! It may have moved to a mode that is listed.
+         if (changes(j) < 0) dropped(j) = independent_part(chosen_pairs(modes, [(k /= j .and. .not. dropped(k), &
+            k=1, size(changes))]), modes, j, same_value) <= dependent_state
       end do
-      modes%unlisted = [modes%unlisted, pack(modes%lambda, chosen)]
-      call modes%drop(chosen)
+      modes%unlisted = [modes%unlisted, pack(modes%lambda, dropped)]
+      call modes%drop(dropped)
    end subroutine refine_modes
 
-   ! Refines clusters with chosen members.
-   subroutine refine_clusters(s, modes, discs, chosen)
+   ! Refines the clusters of chosen modes.
+   subroutine refine_clusters(s, discs, chosen, modes, changes)
       type(solve_context_type), intent(in) :: s
-      type(modes_type), intent(inout) :: modes
       !> Radius of the disc of each eigenvalue (1/s).
       real(wp), intent(in) :: discs(:)
-      !> On return those that did not converge.
-      logical, allocatable, intent(inout) :: chosen(:)
+      logical, intent(in) :: chosen(:)
+      type(modes_type), intent(inout) :: modes
+      !> Corrections at which refinement first ended without success, relative to each eigenvalue; if it was refined, minus what
+      !> moved it by more than `known_well`; zero for all others.
+      real(wp), allocatable, intent(inout) :: changes(:)
       type(csr_matrix_type) :: transposed
       type(cluster_type), allocatable :: clusters(:)
       type(refined_type), allocatable :: refined(:)
-      logical, dimension(size(chosen)) :: eligible, failed
       real(wp) :: change, radius
-      integer :: i, k, order
+      integer :: i, k
       logical :: complete
 
-      order = s%work%unknowns() + s%work%multipliers()
+      if (.not. any(chosen)) return
       complete = s%dense .and. s%transform%certificate%verdict == certified_yes
-      eligible = abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda)
       transposed = transpose_csr(s%work%constraints)
       call split(modes%lambda, discs, clusters)
       allocate (refined(size(clusters)))
-      failed = .false.
       do i = 1, size(clusters)
-         associate (members => clusters(i)%members, is_chosen => any(chosen(clusters(i)%members)))
-            if (.not. is_chosen) cycle
-            if (.not. all(eligible(members)) .or. size(members) + order > largest_order) cycle
-            if (size(members) > 1 .and. modes%is_real()) cycle
-            if (clusters(i)%on_axis .and. allocated(s%work%loss)) cycle
-            refined(i)%pairs = chosen_pairs(modes, [(any(members == k), k=1, size(chosen))])
+         associate (members => clusters(i)%members)
+            if (.not. any(chosen(members))) cycle
+            if (.not. may_refine(s, modes, clusters(i))) cycle
+            refined(i)%pairs = chosen_pairs(modes, [(any(members == k), k=1, size(changes))])
             call refined(i)%pairs%make_complex()
-            ! If modes may be missing, a step of more than a hundredth may have led to one of them.
+            ! If modes may be missing, a step beyond a hundredth and the error bound may have led to one of them.
             radius = clusters(i)%gap/2
-            if (.not. complete) radius = min(radius, no_correct_digits*abs(clusters(i)%centre))
+            if (.not. complete) radius = min(radius, max(no_correct_digits*abs(clusters(i)%centre), &
+               maxval(modes%uncertainty(members))))
             call refine_cluster(s%work, transposed, clusters(i)%on_axis, refined(i)%pairs, radius, change, &
                refined(i)%found)
-            failed(members) = chosen(members) .and. .not. refined(i)%found .and. change > known_well
+            if (refined(i)%found) then
+               changes(members) = merge(-change, 0.0_wp, change > known_well)
+            else
+               where (chosen(members) .and. .not. changes(members) > 0) changes(members) = change
+            end if
          end associate
       end do
-      chosen = failed
-      call replace_refined(clusters, refined, modes, chosen)
+      call replace_refined(clusters, refined, modes, changes)
    end subroutine refine_clusters
 
-   ! Replaces the members of refined clusters. Two conjugates may have become two real eigenvalues, or these a pair, so that the
-   ! number of modes changes, though not that of eigenvalues.
-   subroutine replace_refined(clusters, refined, modes, chosen)
+   ! Whether a cluster can be refined.
+   logical function may_refine(s, modes, cluster)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(in) :: modes
+      type(cluster_type), intent(in) :: cluster
+
+      associate (members => cluster%members)
+         may_refine = s%work%unknowns() + s%work%multipliers() + size(members) <= largest_order .and. &
+            all(abs(modes%lambda(members)) > 0 .and. .not. are_known(s, modes%lambda(members)))
+         ! Real shapes of copies would become complex ones.
+         if (size(members) > 1 .and. modes%is_real()) may_refine = .false.
+         if (cluster%on_axis .and. allocated(s%work%loss)) may_refine = .false.
+      end associate
+   end function may_refine
+
+   ! Replaces the members of refined clusters; the list is then in the order of clusters. Two conjugates may have become two real
+   ! eigenvalues, or these a pair, so that the number of modes changes, though not that of eigenvalues.
+   subroutine replace_refined(clusters, refined, modes, changes)
       type(cluster_type), intent(in) :: clusters(:)
       type(refined_type), intent(in) :: refined(:)
       type(modes_type), intent(inout) :: modes
-      !> A mark of each mode, for the list as it becomes.
-      logical, allocatable, intent(inout) :: chosen(:)
-      integer, allocatable :: order(:), places(:)
-      logical :: kept(size(modes%lambda))
-      logical, allocatable :: added(:)
-      integer :: i, l, first, members, now
+      !> For the list as it becomes.
+      real(wp), allocatable, intent(inout) :: changes(:)
+      integer, allocatable :: order(:)
+      integer :: first(size(clusters)), i, j, l
 
-      kept = .true.
+      allocate (order(0))
       do i = 1, size(clusters)
-         if (.not. refined(i)%found) cycle
-         kept(clusters(i)%members(size(refined(i)%pairs%lambda) + 1:)) = .false.
+         first(i) = size(order)
+         associate (members => clusters(i)%members)
+            if (refined(i)%found) then
+               order = [order, (members(min(l, size(members))), l=1, size(refined(i)%pairs%lambda))]
+            else
+               order = [order, members]
+            end if
+         end associate
       end do
-      allocate (order, source=[(l, l=1, size(kept))])
+      call modes%take(order)
+      changes = changes(order)
       do i = 1, size(clusters)
          if (.not. refined(i)%found) cycle
-         members = size(clusters(i)%members)
-         now = size(refined(i)%pairs%lambda)
-         order = [order, spread(clusters(i)%members(1), 1, max(0, now - members))]
-      end do
-      if (size(order) > size(kept)) call modes%take(order)
-      first = size(kept)
-      do i = 1, size(clusters)
-         if (.not. refined(i)%found) cycle
-         members = size(clusters(i)%members)
          associate (pairs => refined(i)%pairs)
-            now = size(pairs%lambda)
-            places = [clusters(i)%members(:min(members, now)), [(first + l, l=1, now - members)]]
-            first = first + max(0, now - members)
-            do l = 1, now
-               modes%lambda(places(l)) = pairs%lambda(l)
-               modes%xi(:, places(l)) = pairs%xi(:, l)
+            do l = 1, size(pairs%lambda)
+               j = first(i) + l
+               modes%lambda(j) = pairs%lambda(l)
+               modes%xi(:, j) = pairs%xi(:, l)
                if (modes%is_real()) then
-                  modes%real_phi(:, places(l)) = real(pairs%phi(:, l), wp)
+                  modes%real_phi(:, j) = real(pairs%phi(:, l), wp)
                else
-                  modes%phi(:, places(l)) = pairs%phi(:, l)
+                  modes%phi(:, j) = pairs%phi(:, l)
                end if
             end do
          end associate
       end do
-      added = spread(.false., 1, size(order) - size(kept))
-      chosen = [pack(chosen, kept), added]
-      if (.not. all(kept)) call modes%take(pack([(l, l=1, size(order))], [kept, .not. added]))
    end subroutine replace_refined
-
 end module kschur_refining
