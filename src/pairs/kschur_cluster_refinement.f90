@@ -1,6 +1,6 @@
 !> Refinement of the eigenpairs of one cluster by Newton's method with residuals in extended precision.
 module kschur_cluster_refinement
-   use kschur_eigenpairs, only: eigenpairs_type
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, normalize
    use kschur_error, only: error_type
    use kschur_extended_residual, only: residual_of, violations_of
    use kschur_kinds, only: wp
@@ -8,12 +8,13 @@ module kschur_cluster_refinement
    use kschur_problem, only: modal_problem_type
    use kschur_projected, only: independent_eigenvectors, schur_form
    use kschur_sparse, only: csr_matrix_type
-   use kschur_tolerances, only: cancelled, dependent, known_well, no_correct_digits, rounding_of_sums, slow_refinement
+   use kschur_tolerances, only: cancelled, dependent, equal_value, known_well, no_correct_digits, real_tolerance, &
+      rounding_of_sums, slow_refinement
    implicit none
    private
    public :: refine_cluster
 
-   ! An invariant pair: P(X, S) = M X S^2 + R X S + K X + Cq^T Xi = 0, Cq X = 0. The eigenvalues of S are eigenvalues of the problem.
+   ! An invariant pair: P(X, S) = M X S^2 + R X S + K X + Cq^T Xi = 0, Cq X = 0. Eigenvalues of S are eigenvalues of the problem.
    type :: invariant_pair_type
       complex(wp), allocatable :: x(:, :), xi(:, :), s(:, :)
       ! Whether the span contains the conjugates of its vectors: then X, Xi and S are real.
@@ -24,7 +25,8 @@ contains
 
    !> Refines the pairs of a cluster: one pair, copies of an eigenvalue, or eigenvalues too close to be refined one by one. Their
    !> shapes span an invariant pair (X, S), refined by the block Newton method (Kressner, Numer. Math. 114 (2009)), which needs no
-   !> gap between its members. For one pair that is Newton's method for (phi, lambda) (Tisseur, SIAM J. Matrix Anal. Appl. 22 (2001)).
+   !> gap between its members. For one pair that is Newton's method for (phi, lambda) (Tisseur, SIAM J. Matrix Anal. Appl. 22
+   !> (2001)).
    !> Shapes and eigenvalues are corrected together, as rounding of the shapes would limit the eigenvalues otherwise.
    subroutine refine_cluster(problem, transposed, on_axis, pairs, max_change, change, refined)
       type(modal_problem_type), intent(in) :: problem
@@ -32,13 +34,13 @@ contains
       type(csr_matrix_type), intent(in) :: transposed
       !> Whether conjugates belong to the cluster: eigenvalues on or next to the real axis.
       logical, intent(in) :: on_axis
-      !> Independent pairs with complex shapes of unit norm, one of each conjugate pair; unchanged if the iteration does not converge.
+      !> Independent pairs with complex shapes of unit norm, one of each conjugate pair; unchanged without convergence.
       !> On return as many eigenvalues, the conjugates counted.
       type(eigenpairs_type), intent(inout) :: pairs
       !> Largest change of an eigenvalue (1/s): beyond it lies another one.
       real(wp), intent(in) :: max_change
-      !> How far eigenvalues were moved, or if they are not refined their last correction, relative to them. `huge`: convergence to
-      !> others; 0 where the pairs are not independent, or the first matrix is singular.
+      !> The last correction of an eigenvalue, relative to it. `huge`: convergence to others; 0 where the pairs are not independent,
+      !> or the first matrix is singular.
       real(wp), intent(out) :: change
       !> Whether the iteration converged, and the pairs are replaced.
       logical, intent(out) :: refined
@@ -79,10 +81,11 @@ contains
       moved = max(maxval([(minval(abs(pairs%lambda - found%lambda(step))), step=1, size(found%lambda))]), &
          maxval([(minval(abs(found%lambda - pairs%lambda(step))), step=1, size(pairs%lambda))]))
       if (moved > max_change) return
+      change = of_values
       ! Where copies are missing in the cluster shapes are not unique, and only the values converge.
-      refined = of_values <= known_well .and. last <= no_correct_digits
-      change = merge(moved/unit, of_values, refined)
-      ! Rounding makes no pair of two real eigenvalues.
+      refined = last <= known_well .or. (last <= no_correct_digits .and. of_values <= equal_value)
+      ! Two real eigenvalues do not become a pair, unless by rounding.
+      if (size(found%lambda) < size(pairs%lambda)) call part_pairs(found)
       if (size(found%lambda) < size(pairs%lambda)) refined = .false.
       if (.not. refined) return
       ! Newton steps from an axis stay on it; what leads off it is rounding.
@@ -172,7 +175,7 @@ contains
       end subroutine add_column
    end subroutine make_orthonormal
 
-   ! Computes a Newton correction of an invariant pair. In the basis in which S is triangular its columns follow one after the other,
+   ! Computes a Newton correction of an invariant pair. In the basis in which S is triangular its columns follow one by one,
    !
    !     [P(t_jj) Cq^T M X (T + t_jj) + R X; Cq 0 0; V^* ...] [d x_j; d xi_j; d t_j] = -[P(X, T)_j + ...; Cq x_j; ...],
    !
@@ -341,6 +344,30 @@ contains
       pairs%phi = matmul(pair%x, y)
       pairs%xi = matmul(pair%xi, y)
    end subroutine split_pair
+
+   ! Makes two real eigenvalues of each pair that rounding took off the real axis: they have one invariant subspace.
+   subroutine part_pairs(pairs)
+      type(eigenpairs_type), intent(inout) :: pairs
+      type(eigenpairs_type) :: second
+      integer :: j
+
+      associate (parted => aimag(pairs%lambda) > 0 .and. aimag(pairs%lambda) <= real_tolerance*abs(pairs%lambda))
+         second = chosen_pairs(pairs, parted)
+         second%lambda = real(second%lambda, wp)
+         second%phi = aimag(second%phi)
+         second%xi = aimag(second%xi)
+         do j = 1, size(parted)
+            if (.not. parted(j)) cycle
+            pairs%phi(:, j) = real(pairs%phi(:, j), wp)
+            pairs%xi(:, j) = real(pairs%xi(:, j), wp)
+         end do
+         where (parted) pairs%lambda = real(pairs%lambda, wp)
+      end associate
+      call append_pairs(pairs, second)
+      do j = 1, size(pairs%lambda)
+         call normalize(pairs, j)
+      end do
+   end subroutine part_pairs
 
    ! Scale factors of nonnegative sizes: the next greater power of two of each, where sizes below epsilon times the largest are
    ! raised to that; all 1 if all sizes are zero.

@@ -15,8 +15,8 @@ module kschur_entrywise_bound
 contains
 
    !> Bounds the error of lambda (1/s) to first order: the residual, weighed by the left vector entry by entry, and rounding of each
-   !> entry of the matrices. Units of rows and columns do not change it; norms of unevenly scaled matrices say little (Higham, Higham,
-   !> SIAM J. Matrix Anal. Appl. 20 (1998)). NaN where |chi^T P'(lambda) phi| is rounding.
+   !> entry of the matrices. Units of rows and columns do not change it; norms of unevenly scaled matrices say little (Higham,
+   !> Higham, SIAM J. Matrix Anal. Appl. 20 (1998)). NaN where |chi^T P'(lambda) phi| is rounding.
    subroutine entrywise_bound(problem, transposed, lambda, chi, eta, phi, xi, bound, change)
       type(modal_problem_type), intent(in) :: problem
       !> Cq^T.

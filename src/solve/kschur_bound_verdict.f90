@@ -14,10 +14,11 @@ module kschur_bound_verdict
 
 contains
 
-   !> Makes the result of an unsymmetric problem inaccurate, with a note, if the residual lets an eigenvalue be off by as much as its
-   !> size: no digit is known then. (Of symmetric problems `tell_hidden` says so.) Where only rounding of the entries of the matrices
-   !> does, the matrices as they are have this eigenvalue: that is noted. Neither list is certified, nor one of a dense solve in which
-   !> the disc of an eigenvalue reaches as far from the target as one that is not listed: which is nearer is not known.
+   !> Makes the result of an unsymmetric problem inaccurate, with a note, if the residual lets an eigenvalue be off by as much as
+   !> its size: no digit is known then. (Of symmetric problems `tell_hidden` says so.) Where only rounding of the entries of the
+   !> matrices does, the matrices as they are have this eigenvalue: that is noted. Neither list is certified, nor one of a dense
+   !> solve in which the disc of an eigenvalue reaches as far from the target as one that is not listed: which is nearer is not
+   !> known.
    subroutine judge_bounds(s, modes)
       type(solve_context_type), intent(inout) :: s
       !> Of the problem as given.

@@ -61,8 +61,8 @@ contains
          modes%reason = merge(reason_cancelled, reason_inaccurate, found%reason == reason_cancelled)
    end subroutine find_left_modes
 
-   !> Sets the error bounds of modes of an unsymmetric problem from left vectors, which are not kept. Bounds stay unknown where these
-   !> cannot be found.
+   !> Sets the error bounds of modes of an unsymmetric problem from left vectors, which are not kept. Bounds stay unknown where
+   !> these cannot be found.
    subroutine bound_modes(s, modes, error)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(inout) :: modes

@@ -7,10 +7,9 @@ module kschur_refining
    use kschur_kinds, only: wp
    use kschur_modes, only: modes_type
    use kschur_outcome, only: certified_yes
-   use kschur_shapes, only: independent_part
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_split, only: cluster_type, split
-   use kschur_tolerances, only: dependent_state, equal_value, known_well, no_correct_digits, same_value
+   use kschur_tolerances, only: equal_value, no_correct_digits, same_value
    implicit none
    private
    public :: refine_modes
@@ -35,7 +34,6 @@ contains
       type(modes_type), intent(inout) :: modes
       logical, allocatable :: chosen(:), dropped(:)
       real(wp), allocatable :: discs(:), changes(:)
-      integer :: j, k
 
       allocate (chosen, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
       if (s%problem%symmetric) chosen = chosen .and. modes%uncertainty > equal_value*abs(modes%lambda)
@@ -51,11 +49,6 @@ contains
       ! Rounding of the stiffness may be what hides a mode of a symmetric problem: its bound says so.
       if (s%problem%symmetric .and. any(dropped)) &
          dropped = unpack(feel_inertia(s%work, chosen_pairs(modes, dropped)), dropped, .false.)
-      do j = 1, size(changes)
-         ! It may have moved to a mode that is listed.
-         if (changes(j) < 0) dropped(j) = independent_part(chosen_pairs(modes, [(k /= j .and. .not. dropped(k), &
-            k=1, size(changes))]), modes, j, same_value) <= dependent_state
-      end do
       modes%unlisted = [modes%unlisted, pack(modes%lambda, dropped)]
       call modes%drop(dropped)
    end subroutine refine_modes
@@ -67,8 +60,7 @@ contains
       real(wp), intent(in) :: discs(:)
       logical, intent(in) :: chosen(:)
       type(modes_type), intent(inout) :: modes
-      !> Corrections at which refinement first ended without success, relative to each eigenvalue; if it was refined, minus what
-      !> moved it by more than `known_well`; zero for all others.
+      !> Corrections at which refinement first ended without success, relative to each eigenvalue; zero for all others.
       real(wp), allocatable, intent(inout) :: changes(:)
       type(csr_matrix_type) :: transposed
       type(cluster_type), allocatable :: clusters(:)
@@ -95,7 +87,7 @@ contains
             call refine_cluster(s%work, transposed, clusters(i)%on_axis, refined(i)%pairs, radius, change, &
                refined(i)%found)
             if (refined(i)%found) then
-               changes(members) = merge(-change, 0.0_wp, change > known_well)
+               changes(members) = 0
             else
                where (chosen(members) .and. .not. changes(members) > 0) changes(members) = change
             end if
