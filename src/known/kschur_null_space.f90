@@ -376,10 +376,14 @@ contains
          if (size(x, 2) == 0) return
       end do
       call orthonormalize(basis, n, x, state)
-      ! Removes the effect of E. Orthonormalizes after each step, as each amplifies rounding along one null vector.
+      ! Removes the effect of E. Orthonormalizes after each step, as the first amplifies rounding along one null vector.
       do i = 1, refinements
          no_force = 0*x
-         call refine(space, transposed, no_force, x, 1, error)
+         if (i == 1) then
+            call correct(space, transposed, no_force, x, error)
+         else
+            call correct(space, transposed, no_force, x, error, reshape([basis, x], [size(x, 1), size(basis, 2) + size(x, 2)]))
+         end if
          if (allocated(error)) return
          call orthonormalize(basis, n, x)
       end do
@@ -408,40 +412,41 @@ contains
       real(wp), intent(out) :: y(:, :)
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: rhs(:, :)
-      integer :: n
+      integer :: n, step
 
       n = size(self%scaling)
       allocate (rhs(self%matrix%rows, size(f, 2)), source=0.0_wp)
       rhs(:n, :) = f*spread(self%scaling, 2, size(f, 2))
       y = 0
-      call refine(self, .false., rhs, y, refinements, error, self%basis)
+      do step = 1, refinements
+         call correct(self, .false., rhs, y, error, self%basis)
+         if (allocated(error)) return
+         call subtract(self%basis, self%basis, y, n)
+         call subtract(self%basis, self%basis, y, n)
+      end do
       y = y*spread([self%scaling, self%constraint_scaling], 2, size(f, 2))
    end subroutine pseudo_solve
 
-   ! Refines solutions of A x = f with the factors of A + E, and makes them orthogonal to null vectors: each step reduces the effect
-   ! of E by a factor of delta ||A^+||.
-   subroutine refine(space, transposed, f, x, steps, error, null_vectors)
+   ! Corrects solutions of A x = f by the factors of A + E: reduces the effect of E by a factor of delta ||A^+||. Where E is delta at
+   ! null pivots alone, null vectors are amplified by far more than 1/delta: the rounding of the residual along them, which an exact
+   ! residual has not, would make the correction as inaccurate as a first solution. So it is subtracted.
+   subroutine correct(space, transposed, f, x, error, null_vectors)
       class(null_space_type), intent(inout) :: space
       logical, intent(in) :: transposed
       real(wp), contiguous, intent(in) :: f(:, :)
       real(wp), contiguous, intent(inout) :: x(:, :)
-      integer, intent(in) :: steps
       type(error_type), allocatable, intent(out) :: error
+      !> As far as they are known.
       real(wp), contiguous, optional, intent(in) :: null_vectors(:, :)
       real(wp), allocatable :: residual(:, :)
-      integer :: step
 
-      allocate (residual, mold=f)
-      do step = 1, steps
-         residual = f - product_of(space%matrix, transposed, x)
-         call solve(space, transposed, residual, error)
-         if (allocated(error)) return
-         x = x + residual
-         if (.not. present(null_vectors)) cycle
-         call subtract(null_vectors, null_vectors, x, size(space%scaling))
-         call subtract(null_vectors, null_vectors, x, size(space%scaling))
-      end do
-   end subroutine refine
+      allocate (residual, source=f)
+      residual = residual - product_of(space%matrix, transposed, x)
+      if (present(null_vectors) .and. space%symmetric .and. size(space%constraint_scaling) == 0) &
+         call subtract(null_vectors, null_vectors, residual)
+      call solve(space, transposed, residual, error)
+      if (.not. allocated(error)) x = x + residual
+   end subroutine correct
 
    ! A x, or A^T x.
    function product_of(matrix, transposed, x) result(y)
