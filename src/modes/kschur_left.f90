@@ -7,12 +7,14 @@ module kschur_left
    use kschur_backward_error, only: backward_errors, effect_of_constraints, level_of, norms_of
    use kschur_effort, only: effort_type, for_left
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, normalize
+   use kschur_entrywise_bound, only: entrywise_bound
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
    use kschur_kinds, only: wp
    use kschur_lapack, only: zgesv
    use kschur_modes, only: modes_type
    use kschur_polish, only: polished_type, polisher_type
    use kschur_problem, only: modal_problem_type
+   use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_split, only: cluster_type, split
    use kschur_tolerances, only: above_all_rounding, rounding_of_sums, same_shape, same_value
    implicit none
@@ -202,29 +204,56 @@ contains
       left%xi(:, group) = mixed%xi
    end subroutine biorthogonalize
 
-   ! Sets the normwise relative condition numbers (Tisseur, Linear Algebra Appl. 309 (2000)), and error bounds from them where there
-   ! are none yet. Infinite for a zero eigenvalue, for one whose condition number exceeds 1/epsilon, and for a numerically defective
-   ! one, which rounding could merge with a neighbour of the same shape.
+   ! Sets the normwise relative condition numbers (Tisseur, Linear Algebra Appl. 309 (2000)), and error bounds where there are none
+   ! yet. A condition number is infinite for a zero eigenvalue, where it exceeds 1/epsilon, and for a numerically defective one, which
+   ! rounding could merge with a neighbour of the same shape.
    subroutine set_conditions(problem, left, modes)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: left
       class(modes_type), intent(inout) :: modes
+      type(csr_matrix_type) :: transposed
       integer :: j
 
+      transposed = transpose_csr(problem%constraints)
       allocate (modes%condition(size(left%lambda)), source=ieee_value(1.0_wp, ieee_positive_inf))
       do j = 1, size(left%lambda)
          associate (lambda => left%lambda(j), phi => modes%phi(:, j), condition => modes%condition(j))
             if (.not. is_found(left, j)) condition = ieee_value(1.0_wp, ieee_quiet_nan)
             if (.not. (is_found(left, j) .and. abs(lambda) > 0)) cycle
             condition = condition_number(problem, lambda, left%phi(:, j), left%xi(:, j), phi, modes%xi(:, j))
-            if (condition > huge(condition)) cycle
-            if (is_nearly_defective(modes%lambda, modes%phi, j, rounding_of_sums*condition*abs(lambda))) &
-               condition = ieee_value(1.0_wp, ieee_positive_inf)
-            if (condition <= huge(condition) .and. .not. modes%error_bound(j) >= 0) modes%error_bound(j) = &
-               condition*max(modes%backward_error(j), epsilon(1.0_wp))*abs(lambda)
+            if (condition <= huge(condition)) then
+               if (is_nearly_defective(modes%lambda, modes%phi, j, rounding_of_sums*condition*abs(lambda))) &
+                  condition = ieee_value(1.0_wp, ieee_positive_inf)
+            end if
+            if (.not. modes%error_bound(j) >= 0) call set_bound(problem, transposed, left, modes, j)
          end associate
       end do
    end subroutine set_conditions
+
+   ! Sets the smaller of two error bounds (1/s), backward error times condition number and that by entries, NaN where neither holds;
+   ! and as uncertainty the change that the residual asks for.
+   subroutine set_bound(problem, transposed, left, modes, j)
+      type(modal_problem_type), intent(in) :: problem
+      !> Cq^T.
+      type(csr_matrix_type), intent(in) :: transposed
+      type(eigenpairs_type), intent(in) :: left
+      class(modes_type), intent(inout) :: modes
+      integer, intent(in) :: j
+      real(wp) :: normwise, change
+
+      associate (bound => modes%error_bound(j), lambda => left%lambda(j))
+         call entrywise_bound(problem, transposed, lambda, left%phi(:, j), left%xi(:, j), modes%phi(:, j), modes%xi(:, j), &
+            bound, change)
+         if (bound >= 0) then
+            modes%uncertainty(j) = change
+            if (is_nearly_defective(modes%lambda, modes%phi, j, rounding_of_sums/epsilon(1.0_wp)*bound)) &
+               bound = ieee_value(1.0_wp, ieee_quiet_nan)
+         end if
+         if (.not. modes%condition(j) <= huge(1.0_wp)) return
+         normwise = modes%condition(j)*max(modes%backward_error(j), epsilon(1.0_wp))*abs(lambda)
+         if (.not. bound <= normwise) bound = normwise
+      end associate
+   end subroutine set_bound
 
    !> The relative condition number of an eigenvalue, normwise for M, R and K and entrywise for the constraints; infinite above
    !> 1/epsilon.

@@ -5,7 +5,7 @@ module kschur_products
    use kschur_constraint_products, only: constraint_products_type, multiply_constraints
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp, xp
-   use kschur_problem, only: damping_general, modal_problem_type
+   use kschur_problem, only: damping_general, damping_none, modal_problem_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_threads, only: panel_rows
    implicit none
@@ -98,12 +98,13 @@ contains
          call multiply(transposed, first, last, xi(:, :, 1), static_forces)
          static_forces(:, :k) = stiffness(:, :k) + static_forces(:, :k)
       end if
-      if (problem%damping_kind /= damping_general) then
-         ! R = alpha M + beta K.
-         damping(:, :k) = problem%alpha*mass(:, :k) + problem%beta*stiffness(:, :k)
-      else if (extended) then
+      if (extended .and. problem%damping_kind == damping_general) then
          call multiply_extended(problem%damping, first, last, phi, damping)
+      else if (extended .or. problem%damping_kind == damping_none) then
+         ! R = alpha M + beta K, to rounding.
+         damping(:, :k) = problem%alpha*mass(:, :k) + problem%beta*stiffness(:, :k)
       else
+         ! A residual is to show that rounding.
          call multiply(problem%damping, first, last, phi, damping)
       end if
       do l = 1, lanes

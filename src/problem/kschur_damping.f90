@@ -1,6 +1,6 @@
 !> Classifies a damping matrix R: proportional, R = alpha M + beta K, proportional except at a few unknowns, or general.
 module kschur_damping
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: wp, xp
    use kschur_sorting, only: ascending_order
    use kschur_sparse, only: csr_matrix_type
    use kschur_tolerances, only: above_all_rounding, agreeing_entry, cancelled, least_misfit, rounding_of_row
@@ -154,28 +154,31 @@ contains
    end subroutine level_of_rounding
 
    ! Least squares solution of alpha m + beta k = right by orthogonalisation: normal equations would lose alpha. If m and k are
-   ! parallel to rounding, as for K = c M, only one of them is used.
+   ! parallel to rounding, as for K = c M, only one of them is used. Sums in extended precision: where m and k are nearly parallel
+   ! alpha and beta would else have errors that are seen in the eigenvalues, as alpha M + beta K takes the place of R.
    pure subroutine fit(m, k, right, alpha, beta)
       real(wp), intent(in) :: m(:), k(:), right(:)
       real(wp), intent(out) :: alpha, beta
-      real(wp) :: along, square_of_m, square_of_rest, step
+      real(xp) :: along, square_of_m, square_of_rest, step, a, b
       integer :: pass
 
       ! k - along m is orthogonal to m.
-      square_of_m = sum(m**2)
+      square_of_m = sum(real(m, xp)**2)
       along = 0
-      if (square_of_m > 0) along = dot_product(m, k)/square_of_m
+      if (square_of_m > 0) along = sum(real(m, xp)*k)/square_of_m
       square_of_rest = sum((k - along*m)**2)
-      if (.not. square_of_rest > cancelled**2*sum(k**2)) square_of_rest = 0
-      alpha = 0
-      beta = 0
+      if (.not. square_of_rest > cancelled**2*sum(real(k, xp)**2)) square_of_rest = 0
+      a = 0
+      b = 0
       ! The second pass corrects rounding errors of long sums.
       do pass = 1, 2
          step = 0
-         if (square_of_rest > 0) step = dot_product(k - along*m, right - alpha*m - beta*k)/square_of_rest
-         if (square_of_m > 0) alpha = alpha + dot_product(m, right - alpha*m - beta*k - step*k)/square_of_m
-         beta = beta + step
+         if (square_of_rest > 0) step = sum((k - along*m)*(right - a*m - b*k))/square_of_rest
+         if (square_of_m > 0) a = a + sum(m*(right - a*m - b*k - step*k))/square_of_m
+         b = b + step
       end do
+      alpha = real(a, wp)
+      beta = real(b, wp)
    end subroutine fit
 
    ! Fits alpha m + beta k = 1 to most of the entries, then to all that agree with these. If M is lumped, only diagonal entries

@@ -19,7 +19,7 @@ module kschur_left_run
    use kschur_transposed, only: transpose_problem
    implicit none
    private
-   public :: find_left_modes
+   public :: bound_modes, find_left_modes
 
 contains
 
@@ -60,6 +60,21 @@ contains
       if (any(modes%reason == [reason_converged, reason_fewer_modes]) .and. .not. all(modes%condition >= 0)) &
          modes%reason = merge(reason_cancelled, reason_inaccurate, found%reason == reason_cancelled)
    end subroutine find_left_modes
+
+   !> Sets the error bounds of modes of an unsymmetric problem from left vectors, which are not kept. Bounds stay unknown where these
+   !> cannot be found.
+   subroutine bound_modes(s, modes, error)
+      type(solve_context_type), target, intent(inout) :: s
+      type(modes_type), intent(inout) :: modes
+      type(error_type), allocatable, intent(out) :: error
+      type(modes_type) :: with_left
+
+      with_left = modes
+      call find_left_modes(s, with_left, error)
+      if (allocated(error)) return
+      modes%error_bound = with_left%error_bound
+      modes%uncertainty = with_left%uncertainty
+   end subroutine bound_modes
 
    ! Computes the modes of the transposed problem on the factors of the problem. Returns none if there is no transform, if the
    ! monitor cancels, or if the transposed matrix is singular in the solves: missing left vectors are polished later.

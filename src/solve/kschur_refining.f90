@@ -1,71 +1,162 @@
-!> Refines single modes of small problems by Newton's method (docs/theory.md, section 11).
+!> Refines modes of small problems by Newton's method (docs/theory.md, section 11).
 module kschur_refining
+   use kschur_cluster_refinement, only: refine_cluster
    use kschur_context, only: solve_context_type
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type
    use kschur_hidden, only: are_known, feel_inertia
    use kschur_kinds, only: wp
    use kschur_modes, only: modes_type
    use kschur_outcome, only: certified_yes
-   use kschur_pair_refinement, only: refine_pair
+   use kschur_shapes, only: independent_part
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_split, only: cluster_type, split
-   use kschur_tolerances, only: equal_value, no_correct_digits, same_value
+   use kschur_tolerances, only: dependent_state, equal_value, known_well, no_correct_digits, same_value
    implicit none
    private
    public :: refine_modes
 
-   ! Beyond this number of unknowns and multipliers dense factors for each mode cost more than the modes.
-   integer, parameter :: largest_size = 100
+   ! Beyond this number of unknowns, multipliers and members dense factors for each mode cost more than the modes.
+   integer, parameter :: largest_order = 200
+
+   ! The pairs that Newton's method made of a cluster.
+   type :: refined_type
+      type(eigenpairs_type) :: pairs
+      logical :: found = .false.
+   end type refined_type
 
 contains
 
-   !> Refines simple eigenvalues with their shapes. Of unsymmetric problems all: no Rayleigh functional makes them more accurate
-   !> than the shapes, and a small residual bounds their errors badly. Of symmetric problems those with large error bounds, if all
-   !> eigenvalues are known. A mode that Newton's method does not confirm is dropped as inaccurate.
+   !> Refines eigenvalues with their shapes, those of a cluster together. Of unsymmetric problems all: no Rayleigh functional makes
+   !> them more accurate than the shapes, and a small residual bounds their errors badly. Of symmetric problems those with large
+   !> error bounds. A mode that Newton's method does not confirm is dropped as inaccurate.
    subroutine refine_modes(s, modes)
       type(solve_context_type), intent(in) :: s
       !> Of the iterated problem.
       type(modes_type), intent(inout) :: modes
+      logical, allocatable :: chosen(:), dropped(:)
+      real(wp), allocatable :: discs(:), changes(:)
+      integer :: j, k
+
+      allocate (chosen, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
+      if (s%problem%symmetric) chosen = chosen .and. modes%uncertainty > equal_value*abs(modes%lambda)
+      if (.not. any(chosen)) return
+      allocate (changes(size(chosen)), source=0.0_wp)
+      discs = max(same_value*abs(modes%lambda), min(modes%uncertainty, no_correct_digits*abs(modes%lambda)))
+      call refine_clusters(s, discs, chosen, modes, changes)
+      ! What does not converge alone may belong to others.
+      chosen = changes > 0
+      discs = merge(no_correct_digits, same_value, chosen)*abs(modes%lambda)
+      call refine_clusters(s, discs, chosen, modes, changes)
+      allocate (dropped, source=changes > no_correct_digits)
+      ! Rounding of the stiffness may be what hides a mode of a symmetric problem: its bound says so.
+      if (s%problem%symmetric .and. any(dropped)) &
+         dropped = unpack(feel_inertia(s%work, chosen_pairs(modes, dropped)), dropped, .false.)
+      do j = 1, size(changes)
+         ! It may have moved to a mode that is listed.
+         if (changes(j) < 0) dropped(j) = independent_part(chosen_pairs(modes, [(k /= j .and. .not. dropped(k), &
+            k=1, size(changes))]), modes, j, same_value) <= dependent_state
+      end do
+      modes%unlisted = [modes%unlisted, pack(modes%lambda, dropped)]
+      call modes%drop(dropped)
+   end subroutine refine_modes
+
+   ! Refines the clusters of chosen modes.
+   subroutine refine_clusters(s, discs, chosen, modes, changes)
+      type(solve_context_type), intent(in) :: s
+      !> Radius of the disc of each eigenvalue (1/s).
+      real(wp), intent(in) :: discs(:)
+      logical, intent(in) :: chosen(:)
+      type(modes_type), intent(inout) :: modes
+      !> Corrections at which refinement first ended without success, relative to each eigenvalue; if it was refined, minus what
+      !> moved it by more than `known_well`; zero for all others.
+      real(wp), allocatable, intent(inout) :: changes(:)
       type(csr_matrix_type) :: transposed
       type(cluster_type), allocatable :: clusters(:)
-      type(eigenpairs_type) :: pair
-      logical, dimension(size(modes%lambda)) :: chosen, unconfirmed
-      real(wp) :: correction, radius
+      type(refined_type), allocatable :: refined(:)
+      real(wp) :: change, radius
       integer :: i, k
       logical :: complete
 
-      if (s%work%unknowns() + s%work%multipliers() > largest_size) return
-      chosen = abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda)
-      complete = s%dense .and. s%transform%certificate%verdict == certified_yes
-      if (s%problem%symmetric) then
-         chosen = chosen .and. complete .and. modes%uncertainty > equal_value*abs(modes%lambda)
-         if (any(chosen)) chosen = unpack(feel_inertia(s%work, chosen_pairs(modes, chosen)), chosen, .false.)
-      end if
       if (.not. any(chosen)) return
-      unconfirmed = .false.
+      complete = s%dense .and. s%transform%certificate%verdict == certified_yes
       transposed = transpose_csr(s%work%constraints)
-      call split(modes%lambda, same_value*abs(modes%lambda), clusters)
+      call split(modes%lambda, discs, clusters)
+      allocate (refined(size(clusters)))
       do i = 1, size(clusters)
-         associate (j => clusters(i)%members(1))
-            if (size(clusters(i)%members) > 1 .or. .not. chosen(j)) cycle
-            if (clusters(i)%on_axis .and. abs(aimag(modes%lambda(j))) > 0) cycle
-            pair = chosen_pairs(modes, [(k == j, k=1, size(chosen))])
-            call pair%make_complex()
-            ! If modes may be missing, a step of more than a hundredth may have led to one of them.
+         associate (members => clusters(i)%members)
+            if (.not. any(chosen(members))) cycle
+            if (.not. may_refine(s, modes, clusters(i))) cycle
+            refined(i)%pairs = chosen_pairs(modes, [(any(members == k), k=1, size(changes))])
+            call refined(i)%pairs%make_complex()
+            ! If modes may be missing, a step beyond a hundredth and the error bound may have led to one of them.
             radius = clusters(i)%gap/2
-            if (.not. complete) radius = min(radius, no_correct_digits*abs(modes%lambda(j)))
-            call refine_pair(s%work, transposed, pair, radius, correction)
-            unconfirmed(j) = correction > no_correct_digits
-            modes%lambda(j) = pair%lambda(1)
-            modes%xi(:, j) = pair%xi(:, 1)
-            if (modes%is_real()) then
-               modes%real_phi(:, j) = real(pair%phi(:, 1), wp)
+            if (.not. complete) radius = min(radius, max(no_correct_digits*abs(clusters(i)%centre), &
+               maxval(modes%uncertainty(members))))
+            call refine_cluster(s%work, transposed, clusters(i)%on_axis, refined(i)%pairs, radius, change, &
+               refined(i)%found)
+            if (refined(i)%found) then
+               changes(members) = merge(-change, 0.0_wp, change > known_well)
             else
-               modes%phi(:, j) = pair%phi(:, 1)
+               where (chosen(members) .and. .not. changes(members) > 0) changes(members) = change
             end if
          end associate
       end do
-      modes%unlisted = [modes%unlisted, pack(modes%lambda, unconfirmed)]
-      call modes%drop(unconfirmed)
-   end subroutine refine_modes
+      call replace_refined(clusters, refined, modes, changes)
+   end subroutine refine_clusters
+
+   ! Whether a cluster can be refined.
+   logical function may_refine(s, modes, cluster)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(in) :: modes
+      type(cluster_type), intent(in) :: cluster
+
+      associate (members => cluster%members)
+         may_refine = s%work%unknowns() + s%work%multipliers() + size(members) <= largest_order .and. &
+            all(abs(modes%lambda(members)) > 0 .and. .not. are_known(s, modes%lambda(members)))
+         ! Real shapes of copies would become complex ones.
+         if (size(members) > 1 .and. modes%is_real()) may_refine = .false.
+         if (cluster%on_axis .and. allocated(s%work%loss)) may_refine = .false.
+      end associate
+   end function may_refine
+
+   ! Replaces the members of refined clusters; the list is then in the order of clusters. Two conjugates may have become two real
+   ! eigenvalues, or these a pair, so that the number of modes changes, though not that of eigenvalues.
+   subroutine replace_refined(clusters, refined, modes, changes)
+      type(cluster_type), intent(in) :: clusters(:)
+      type(refined_type), intent(in) :: refined(:)
+      type(modes_type), intent(inout) :: modes
+      !> For the list as it becomes.
+      real(wp), allocatable, intent(inout) :: changes(:)
+      integer, allocatable :: order(:)
+      integer :: first(size(clusters)), i, j, l
+
+      allocate (order(0))
+      do i = 1, size(clusters)
+         first(i) = size(order)
+         associate (members => clusters(i)%members)
+            if (refined(i)%found) then
+               order = [order, (members(min(l, size(members))), l=1, size(refined(i)%pairs%lambda))]
+            else
+               order = [order, members]
+            end if
+         end associate
+      end do
+      call modes%take(order)
+      changes = changes(order)
+      do i = 1, size(clusters)
+         if (.not. refined(i)%found) cycle
+         associate (pairs => refined(i)%pairs)
+            do l = 1, size(pairs%lambda)
+               j = first(i) + l
+               modes%lambda(j) = pairs%lambda(l)
+               modes%xi(:, j) = pairs%xi(:, l)
+               if (modes%is_real()) then
+                  modes%real_phi(:, j) = real(pairs%phi(:, l), wp)
+               else
+                  modes%phi(:, j) = pairs%phi(:, l)
+               end if
+            end do
+         end associate
+      end do
+   end subroutine replace_refined
 end module kschur_refining

@@ -1,5 +1,6 @@
 !> Fills the result of a solve.
 module kschur_report
+   use kschur_bound_verdict, only: judge_bounds
    use kschur_context, only: solve_context_type, whole_given
    use kschur_description, only: describe
    use kschur_effort, only: phase_judge
@@ -40,6 +41,7 @@ contains
       call require_memory(s%bytes_of_shapes(2*size(modes%lambda)), "the result", error)
       if (.not. allocated(error)) call tell_hidden(s, modes, error)
       if (allocated(error)) return
+      call judge_bounds(s, modes)
       call report_factors(s, result)
       call s%announce_phase("result", whole_given, error)
       if (allocated(error)) return

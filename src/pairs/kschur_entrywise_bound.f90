@@ -1,0 +1,59 @@
+!> Bounds of errors of eigenvalues, entry by entry.
+module kschur_entrywise_bound
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use kschur_backward_error, only: effect_of_constraints
+   use kschur_extended_residual, only: residual_of, violations_of
+   use kschur_kinds, only: wp
+   use kschur_magnitudes, only: add_magnitudes
+   use kschur_problem, only: modal_problem_type
+   use kschur_sparse, only: csr_matrix_type
+   use kschur_tolerances, only: rounding_of_sums
+   implicit none
+   private
+   public :: entrywise_bound
+
+contains
+
+   !> Bounds the error of lambda (1/s) to first order: the residual, weighed by the left vector entry by entry, and rounding of each
+   !> entry of the matrices. Units of rows and columns do not change it; norms of unevenly scaled matrices say little (Higham, Higham,
+   !> SIAM J. Matrix Anal. Appl. 20 (1998)). NaN where |chi^T P'(lambda) phi| is rounding.
+   subroutine entrywise_bound(problem, transposed, lambda, chi, eta, phi, xi, bound, change)
+      type(modal_problem_type), intent(in) :: problem
+      !> Cq^T.
+      type(csr_matrix_type), intent(in) :: transposed
+      complex(wp), intent(in) :: lambda
+      !> Shape and multipliers of the transposed problem, and of the problem itself.
+      complex(wp), intent(in) :: chi(:), eta(:), phi(:), xi(:)
+      real(wp), intent(out) :: bound
+      !> The error of lambda for the matrices as they are, estimated to first order.
+      real(wp), intent(out) :: change
+      complex(wp), dimension(size(phi), 1) :: shape, slope
+      real(wp), dimension(size(phi), 1) :: sizes, inertia, damping, stiffness
+      complex(wp) :: forces(size(phi)), violations(size(eta))
+      real(wp) :: sensitivity, rounding
+
+      shape(:, 1) = phi
+      slope = 0
+      call problem%mass%add_product(2*lambda, shape, slope)
+      call problem%damping%add_product((1.0_wp, 0.0_wp), shape, slope)
+      sensitivity = abs(sum(chi*slope(:, 1)))
+      sizes = abs(shape)
+      inertia = 0
+      damping = 0
+      stiffness = 0
+      call add_magnitudes(problem%mass, sizes, inertia)
+      call add_magnitudes(problem%damping, sizes, damping)
+      call add_magnitudes(problem%stiffness, sizes, stiffness)
+      if (allocated(problem%loss)) call add_magnitudes(problem%loss, sizes, stiffness)
+      bound = ieee_value(1.0_wp, ieee_quiet_nan)
+      change = bound
+      if (.not. sensitivity > rounding_of_sums*sum(abs(chi)*(2*abs(lambda)*inertia(:, 1) + damping(:, 1)))) return
+      forces = residual_of(problem, transposed, shape, xi, reshape([lambda], [1, 1]), 1)
+      violations = violations_of(problem%constraints, phi)
+      rounding = sum(abs(chi)*(abs(lambda)**2*inertia(:, 1) + abs(lambda)*damping(:, 1) + stiffness(:, 1))) + &
+         effect_of_constraints(problem%constraints, phi, xi, chi, eta)
+      change = abs(sum(chi*forces) + sum(eta*violations))/sensitivity
+      bound = (sum(abs(chi)*abs(forces)) + sum(abs(eta)*abs(violations)) + epsilon(1.0_wp)*rounding)/sensitivity + &
+         epsilon(1.0_wp)*abs(lambda)
+   end subroutine entrywise_bound
+end module kschur_entrywise_bound
