@@ -2,7 +2,6 @@
 !> are factored and stored in L; what they subtract from the rows below is its update matrix, for its parent. (J. W. H. Liu, SIAM
 !> Rev. 34 (1992), doi 10.1137/1034004.)
 module kschur_fronts
-   use kschur_common_supernodes, only: common_supernodes_type
    use kschur_kinds, only: wp, long
    use kschur_panel, only: enclosure_type, factor_panel, factor_rows, subtract_trapezoid
    use kschur_sparse, only: csr_matrix_type
@@ -12,7 +11,7 @@ module kschur_fronts
    implicit none
    private
    public :: supernodal_factors_type, elimination_type, front_type
-   public :: add_shares, eliminate_supernode
+   public :: eliminate_supernode
 
    !> L and D, in the order and with the supernodes of a symbolic factorisation.
    type :: supernodal_factors_type
@@ -75,7 +74,7 @@ contains
 
    !> Computes the columns of supernode s; its descendants must be done. Tiles, which all threads share, change the digits; the
    !> number of threads does not.
-   subroutine eliminate_supernode(symbolic, s, in_tiles, shared, factors, front, stopped, common)
+   subroutine eliminate_supernode(symbolic, s, in_tiles, shared, factors, front, stopped)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: s
       logical, intent(in) :: in_tiles
@@ -84,24 +83,11 @@ contains
       type(front_type), intent(inout) :: front
       !> Whether a pivot is zero or NaN, or there is no memory.
       logical, intent(out) :: stopped
-      !> Present: several processes share the supernode. The one that leads adds the columns of all and eliminates them; the others
-      !> pass on what their descendants subtract from the rows below.
-      class(common_supernodes_type), optional, intent(inout) :: common
-      logical :: in_place, leads
+      logical :: in_place
 
-      stopped = .false.
-      leads = .true.
-      if (present(common)) leads = common%leads
-      if (.not. leads) then
-         if (.not. has_updates(shared, s)) then
-            call add_shares(symbolic, s, .true., front%entries, front, common)
-            return
-         end if
-      end if
       front%supernode = s
       call find_rows(symbolic, front)
       call make_update(shared, front, in_place, stopped)
-      if (stopped .and. present(common)) call add_shares(symbolic, s, .true., front%entries, front, common)
       if (stopped) return
       associate (update => shared%update(s))
          if (in_place) then
@@ -131,18 +117,11 @@ contains
          real(wp), intent(inout) :: panel(lda, *)
          integer :: row, last_row, high
 
-         if (leads) call add_matrix(symbolic, shared%matrix, front, panel, lda)
+         call add_matrix(symbolic, shared%matrix, front, panel, lda)
          call add_children(symbolic, in_tiles, shared, front, panel, lda)
          associate (rows => front%rows, columns => front%columns, pivot => factors%pivot(symbolic%first(s): &
             symbolic%first(s + 1) - 1), update => shared%update(s))
             if (front%enclosure%side /= 0) call begin_enclosure(symbolic, shared, front)
-            if (present(common)) then
-               call add_shares(symbolic, s, .false., panel, front, common)
-               if (.not. leads) then
-                  if (front%enclosure%side /= 0 .and. rows > columns) update%sum = front%sum(columns + 1:rows)
-                  return
-               end if
-            end if
             high = merge(tile_rows, max(rows - columns, 1), in_tiles)
             call factor_panel(merge(columns, rows, in_tiles), columns, panel, lda, pivot, front%scaled, front%enclosure)
             stopped = .not. all(abs(pivot) > 0)
@@ -162,39 +141,6 @@ contains
          end associate
       end subroutine eliminate_columns
    end subroutine eliminate_supernode
-
-   !> Adds the columns of a supernode of all processes, and their sums and terms of the enclosure, in the one that leads.
-   subroutine add_shares(symbolic, s, is_empty, panel, front, common)
-      type(symbolic_type), intent(in) :: symbolic
-      integer, intent(in) :: s
-      !> This process has nothing to add.
-      logical, intent(in) :: is_empty
-      !> Its rows and columns.
-      real(wp), intent(inout) :: panel(*)
-      type(front_type), intent(inout) :: front
-      class(common_supernodes_type), intent(inout) :: common
-
-      associate (columns => symbolic%first(s + 1) - symbolic%first(s))
-         call common%add_up(is_empty, panel(:columns*(columns + symbolic%start(s + 1) - symbolic%start(s))))
-         if (front%enclosure%side == 0) return
-         call common%add_up(is_empty, front%enclosure%sum(:columns))
-         call common%add_up(is_empty, front%enclosure%terms(:columns))
-      end associate
-   end subroutine add_shares
-
-   ! Whether a child of supernode s has an update matrix.
-   pure logical function has_updates(shared, s)
-      type(elimination_type), intent(in) :: shared
-      integer, intent(in) :: s
-      integer :: c
-
-      has_updates = .false.
-      c = shared%child(s)
-      do while (c /= 0)
-         has_updates = has_updates .or. associated(shared%update(c)%matrix%entries)
-         c = shared%sibling(c)
-      end do
-   end function has_updates
 
    ! The rows of the front.
    subroutine find_rows(symbolic, front)

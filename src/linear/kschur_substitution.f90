@@ -69,8 +69,8 @@ contains
       type(supernodal_factors_type), intent(in) :: factors
       real(wp), contiguous, intent(inout) :: y(:, :)
       type(error_type), allocatable, intent(out) :: error
-      !> The supernodes that several processes share, the last part of `subtrees`: collective then. Their right-hand sides are those
-      !> of the process that leads; in others they are zero.
+      !> The supernodes that several processes share, the last part of `subtrees`: collective then. Each of their right-hand sides
+      !> stands in one process, and is zero in the others.
       class(common_supernodes_type), optional, intent(in) :: common
       type(update_type), allocatable :: updates(:)
       type(workspace_type), allocatable :: work(:)
@@ -116,7 +116,8 @@ contains
       !$omp end parallel
    end subroutine substitute
 
-   ! Solves in part t, the common supernodes, of which the process that leads has the factors.
+   ! Solves in part t, the common supernodes, below whose diagonal blocks each process has some rows of the factors. What it
+   ! subtracts from the columns of a supernode is the sum of what all do; as T^{-T} is linear, so is the solution upwards.
    subroutine solve_common(symbolic, subtrees, factors, t, y, work, updates, common)
       type(symbolic_type), intent(in) :: symbolic
       type(subtrees_type), intent(in) :: subtrees
@@ -126,16 +127,27 @@ contains
       type(workspace_type), intent(inout) :: work
       type(update_type), intent(inout) :: updates(:)
       class(common_supernodes_type), intent(in) :: common
+      integer :: s
 
       if (t > size(updates)) return
       call adopt_updates(symbolic, subtrees, t, y, work, updates)
-      associate (first => symbolic%first(common%first))
-         call common%sum_rows(y(:, first:))
-         if (common%leads) then
-            call forward_part(symbolic, subtrees, factors, t, y, work, updates)
-            call backward_part(symbolic, subtrees, factors, t, y, work%rows)
-         end if
-         call common%spread_rows(y(:, first:))
+      associate (first => symbolic%first)
+         do s = common%first, size(first) - 1
+            call common%sum_rows(y(:, first(s):first(s + 1) - 1))
+            call forward(symbolic, factors, s, y, work%rows)
+            call subtract(symbolic, subtrees, s, size(y, 2), work%rows, y, work%above)
+         end do
+         do s = size(first) - 1, common%first, -1
+            associate (last => first(s + 1) - 1)
+               if (common%leads) then
+                  call divide(factors%pivot(first(s):last), y(:, first(s):last))
+               else
+                  y(:, first(s):last) = 0
+               end if
+               call backward(symbolic, factors, s, y, work%rows)
+               call common%sum_rows(y(:, first(s):last))
+            end associate
+         end do
       end associate
    end subroutine solve_common
 

@@ -1,9 +1,9 @@
 !> Multifrontal LDL^T without pivoting. Threads share independent parts of the elimination tree, and tiles of panels
 !> above its leaves; neither the partition nor the digits depend on the number of threads.
 module kschur_supernodal
-   use kschur_common_supernodes, only: common_supernodes_type
+   use kschur_common_supernodes, only: common_supernodes_type, common_updates_type
    use kschur_error, only: error_type, new_error, error_memory
-   use kschur_fronts, only: add_shares, elimination_type, eliminate_supernode, front_type, supernodal_factors_type
+   use kschur_fronts, only: elimination_type, eliminate_supernode, front_type, supernodal_factors_type
    use kschur_kinds, only: wp, long
    use kschur_monitor, only: ask_monitor, is_stopped, monitor_type
    use kschur_sparse, only: csr_matrix_type
@@ -11,6 +11,7 @@ module kschur_supernodal
    use kschur_supernodes, only: widest
    use kschur_symbolic, only: symbolic_type
    use kschur_threads, only: team_size, thread_number
+   use kschur_update_memory, only: matrix_type
    implicit none
    private
    public :: eliminate
@@ -30,7 +31,7 @@ contains
       !> Overwritten; its memory is reused if it fits.
       type(supernodal_factors_type), intent(inout) :: factors
       type(error_type), allocatable, intent(out) :: error
-      !> Polled between parts of the tree, and between supernodes above its leaves, common ones excepted; cancelling is an error.
+      !> Polled between parts of the tree, and between supernodes above its leaves; cancelling is an error.
       class(monitor_type), optional, intent(inout) :: monitor
       !> Least size of a pivot; smaller ones are replaced by it. Absent: 0.
       real(wp), optional, intent(in) :: least
@@ -61,7 +62,7 @@ contains
          call eliminate_parts(own, symbolic, shared, factors, fronts, monitor)
          !$omp end master
          !$omp end parallel
-         if (present(common)) call eliminate_common(symbolic, own, shared, factors, fronts, common)
+         if (present(common)) call eliminate_common(symbolic, own, shared, factors, fronts, common, monitor)
       end if
       call drop_updates(shared, fronts)
       if (failed .or. shared%no_memory) call no_memory(error)
@@ -100,9 +101,8 @@ contains
       !$omp taskwait
    end subroutine eliminate_parts
 
-   ! Factors the common supernodes after the first `own` parts: the process that leads has their columns and adds the updates of
-   ! the others. None is factored if a part was stopped in any process.
-   subroutine eliminate_common(symbolic, own, shared, factors, fronts, common)
+   ! Factors the common supernodes after the first `own` parts. None is factored if a part was stopped in any process.
+   subroutine eliminate_common(symbolic, own, shared, factors, fronts, common, monitor)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: own
       type(elimination_type), intent(inout) :: shared
@@ -110,24 +110,33 @@ contains
       !> One for each thread.
       type(front_type), intent(inout) :: fronts(:)
       class(common_supernodes_type), intent(inout) :: common
-      logical :: stopped
-      integer :: s
+      class(monitor_type), optional, intent(inout) :: monitor
+      type(common_updates_type), allocatable :: update(:)
+      real(wp) :: none(0)
+      integer :: s, status
 
-      stopped = common%any_of(any(shared%stopped(:own)) .or. shared%ended .or. shared%no_memory)
-      if (stopped) return
-      !$omp parallel num_threads(size(fronts))
-      !$omp master
-      do s = common%first, size(symbolic%first) - 1
-         if (stopped) then
-            ! Others wait for the exchange.
-            call add_shares(symbolic, s, .true., fronts(1)%entries, fronts(1), common)
-         else
-            call eliminate_supernode(symbolic, s, entries_of_panel(symbolic, s) >= least_entries, shared, factors, fronts(1), &
-               stopped, common)
-         end if
+      allocate (update(common%first - 1), stat=status)
+      shared%no_memory = shared%no_memory .or. status /= 0
+      if (common%any_of(any(shared%stopped(:own)) .or. shared%ended .or. shared%no_memory)) return
+      do s = 1, size(update)
+         if (symbolic%parent(s) < common%first) cycle
+         associate (mine => shared%update(s))
+            update(s)%entries => mine%matrix%entries
+            update(s)%rows = mine%matrix%rows
+            update(s)%eliminated = mine%eliminated
+            call move_alloc(mine%sum, update(s)%sum)
+            mine%matrix = matrix_type()
+         end associate
       end do
-      !$omp end master
-      !$omp end parallel
+      associate (first => symbolic%first(common%first), offset => factors%offset(common%first:))
+         if (allocated(shared%terms)) then
+            call common%eliminate(shared%matrix, update, fronts(1)%enclosure, shared%terms(first:), offset, factors%lower, &
+               factors%pivot(first:), shared%no_memory, monitor)
+         else
+            call common%eliminate(shared%matrix, update, fronts(1)%enclosure, none, offset, factors%lower, factors%pivot(first:), &
+               shared%no_memory, monitor)
+         end if
+      end associate
    end subroutine eliminate_common
 
    subroutine no_memory(error)
@@ -192,7 +201,7 @@ contains
       end associate
    end function entries_of_panel
 
-   ! Allocates factors and work arrays of each thread; of common supernodes only in the process that leads.
+   ! Allocates factors and work arrays of each thread.
    subroutine make_room(symbolic, side, stores, factors, fronts, status, common)
       type(symbolic_type), intent(in) :: symbolic
       integer, intent(in) :: side
@@ -200,13 +209,13 @@ contains
       type(supernodal_factors_type), intent(inout) :: factors
       type(front_type), intent(inout) :: fronts(:)
       integer, intent(out) :: status
-      class(common_supernodes_type), optional, intent(inout) :: common
+      class(common_supernodes_type), optional, intent(in) :: common
       integer(long) :: most_entries
-      integer :: nodes, stored, unknowns, n, s, i
+      integer :: nodes, own, unknowns, n, s, i
 
       nodes = size(symbolic%first) - 1
       n = size(symbolic%order)
-      stored = stored_supernodes(symbolic, common)
+      own = own_supernodes(symbolic, common)
       unknowns = n
       if (present(common)) unknowns = common%unknowns
       if (allocated(factors%offset)) deallocate (factors%offset, factors%pivot)
@@ -217,13 +226,11 @@ contains
       most_entries = widest**2
       do s = 1, nodes
          associate (columns => symbolic%first(s + 1) - symbolic%first(s))
-            factors%offset(s + 1) = factors%offset(s)
-            if (s <= stored) factors%offset(s + 1) = factors%offset(s) + entries_of_panel(symbolic, s) - (columns*(columns + 1))/2
-            most_entries = max(most_entries, entries_of_panel(symbolic, s))
+            factors%offset(s + 1) = factors%offset(s) + entries_of_panel(symbolic, s) - (columns*(columns + 1))/2
+            if (s <= own) most_entries = max(most_entries, entries_of_panel(symbolic, s))
          end associate
       end do
       if (stores) call make_lower(factors%offset(nodes + 1) - 1, factors%lower, status)
-      if (present(common) .and. status == 0) call common%make_room(most_entries, status)
       do i = 1, size(fronts)
          if (status == 0) allocate (fronts(i)%entries(most_entries), fronts(i)%scaled(most_entries), fronts(i)%place(n), &
             fronts(i)%relative(symbolic%most_rows()), stat=status)
@@ -235,15 +242,14 @@ contains
       end do
    end subroutine make_room
 
-   ! Number of supernodes whose columns this process stores.
-   pure integer function stored_supernodes(symbolic, common) result(stored)
+   ! Number of supernodes before the common ones.
+   pure integer function own_supernodes(symbolic, common) result(own)
       type(symbolic_type), intent(in) :: symbolic
       class(common_supernodes_type), optional, intent(in) :: common
 
-      stored = size(symbolic%first) - 1
-      if (.not. present(common)) return
-      if (.not. common%leads) stored = common%first - 1
-   end function stored_supernodes
+      own = size(symbolic%first) - 1
+      if (present(common)) own = common%first - 1
+   end function own_supernodes
 
    ! Keeps the memory that is there if it fits.
    subroutine make_lower(entries, lower, status)
@@ -303,10 +309,9 @@ contains
       type(elimination_type), intent(inout) :: shared
       integer, intent(out) :: status
       class(common_supernodes_type), optional, intent(in) :: common
-      integer :: s, last
+      integer :: s, own
 
-      last = size(symbolic%first) - 1
-      if (present(common)) last = common%first - 1
+      own = own_supernodes(symbolic, common)
       shared%matrix => matrix
       shared%subtrees => subtrees
       associate (nodes => size(symbolic%first) - 1, parts => size(subtrees%root))
@@ -322,22 +327,22 @@ contains
             end associate
          end do
       end associate
-      call shared%plan%make(symbolic, subtrees, last, status)
-      if (status == 0 .and. side /= 0) call count_terms(symbolic, stored_supernodes(symbolic, common), shared, status)
+      call shared%plan%make(symbolic, subtrees, own, status)
+      if (status == 0 .and. side /= 0) call count_terms(symbolic, own, shared, status)
    end subroutine set_shared
 
-   ! Counts the entries of each row of L before its diagonal in the first `stored` supernodes, the terms of the rounding-error
+   ! Counts the entries of each row of L before its diagonal in the first `own` supernodes, the terms of the rounding-error
    ! bound.
-   subroutine count_terms(symbolic, stored, shared, status)
+   subroutine count_terms(symbolic, own, shared, status)
       type(symbolic_type), intent(in) :: symbolic
-      integer, intent(in) :: stored
+      integer, intent(in) :: own
       type(elimination_type), intent(inout) :: shared
       integer, intent(out) :: status
       integer :: s, k
 
       allocate (shared%terms(size(symbolic%order)), source=0.0_wp, stat=status)
       if (status /= 0) return
-      do s = 1, stored
+      do s = 1, own
          associate (first => symbolic%first(s), columns => symbolic%first(s + 1) - symbolic%first(s), &
             row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1))
             shared%terms(first:first + columns - 1) = shared%terms(first:first + columns - 1) + [(k, k=0, columns - 1)]
