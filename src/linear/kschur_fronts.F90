@@ -2,7 +2,6 @@
 !> are factored and stored in L; what they subtract from the rows below is its update matrix, for its parent. (J. W. H. Liu, SIAM
 !> Rev. 34 (1992), doi 10.1137/1034004.)
 module kschur_fronts
-   use kschur_common_supernodes, only: common_supernodes_type
    use kschur_enclosure, only: enclosure_type
    use kschur_kinds, only: wp, long
    use kschur_panel, only: factor_panel, factor_rows, subtract_trapezoid
@@ -13,10 +12,9 @@ module kschur_fronts
    implicit none
    private
    public :: supernodal_factors_type, elimination_type, front_type
-   public :: add_shares, eliminate_supernode
+   public :: eliminate_supernode
 
 #define SCALAR real(wp)
 #define MATRIX_TYPE csr_matrix_type
-#define AS_REALS(n, x) x(:n)
 #include "kschur_fronts.inc"
 end module kschur_fronts

@@ -2,11 +2,9 @@
 !> columns are factored and stored in L; what they subtract from the rows below is its update matrix, for its parent. (J. W. H. Liu,
 !> SIAM Rev. 34 (1992), doi 10.1137/1034004.)
 module kschur_fronts_complex
-   use kschur_common_supernodes, only: common_supernodes_type
    use kschur_enclosure, only: enclosure_type
    use kschur_kinds, only: wp, long
    use kschur_panel_complex, only: factor_panel, factor_rows, subtract_trapezoid
-   use kschur_real_view, only: as_reals
    use kschur_sparse, only: complex_csr_matrix_type
    use kschur_subtrees, only: subtrees_type
    use kschur_symbolic, only: symbolic_type
@@ -14,10 +12,9 @@ module kschur_fronts_complex
    implicit none
    private
    public :: supernodal_factors_type, elimination_type, front_type
-   public :: add_shares, eliminate_supernode
+   public :: eliminate_supernode
 
 #define SCALAR complex(wp)
 #define MATRIX_TYPE complex_csr_matrix_type
-#define AS_REALS(n, x) as_reals(n, x)
 #include "kschur_fronts.inc"
 end module kschur_fronts_complex

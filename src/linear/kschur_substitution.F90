@@ -38,8 +38,43 @@ module kschur_substitution
 
 #define SCALAR real(wp)
 #define LANES 4
-#define AS_REAL_ROWS(x) x
+#define SOLVE_COMMON solve_common
 #include "kschur_substitution.inc"
+
+   ! Solves in part t, the common supernodes, below whose diagonal blocks each process has some rows of the factors. What it
+   ! subtracts from the columns of a supernode is the sum of what all do; as T^{-T} is linear, so is the solution upwards.
+   subroutine solve_common(symbolic, subtrees, factors, t, y, work, updates, common)
+      type(symbolic_type), intent(in) :: symbolic
+      type(subtrees_type), intent(in) :: subtrees
+      type(supernodal_factors_type), intent(in) :: factors
+      integer, intent(in) :: t
+      real(wp), contiguous, intent(inout) :: y(:, :)
+      type(workspace_type), intent(inout) :: work
+      type(update_type), intent(inout) :: updates(:)
+      class(common_supernodes_type), intent(in) :: common
+      integer :: s
+
+      if (t > size(updates)) return
+      call adopt_updates(symbolic, subtrees, t, y, work, updates)
+      associate (first => symbolic%first)
+         do s = common%first, size(first) - 1
+            call common%sum_rows(y(:, first(s):first(s + 1) - 1))
+            call forward(symbolic, factors, s, y, work%rows)
+            call subtract(symbolic, subtrees, s, size(y, 2), work%rows, y, work%above)
+         end do
+         do s = size(first) - 1, common%first, -1
+            associate (last => first(s + 1) - 1)
+               if (common%leads) then
+                  call divide(factors%pivot(first(s):last), y(:, first(s):last))
+               else
+                  y(:, first(s):last) = 0
+               end if
+               call backward(symbolic, factors, s, y, work%rows)
+               call common%sum_rows(y(:, first(s):last))
+            end associate
+         end do
+      end associate
+   end subroutine solve_common
 
    ! x := T^{-1} x, rows := B x, T the triangle and B the block of a supernode.
    subroutine forward_one(columns, below, lower, x, rows)

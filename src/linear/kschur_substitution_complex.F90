@@ -6,7 +6,6 @@ module kschur_substitution_complex
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_fronts_complex, only: supernodal_factors_type
    use kschur_kinds, only: wp
-   use kschur_real_view, only: as_real_rows
    use kschur_subtrees, only: subtrees_type
    use kschur_symbolic, only: symbolic_type
    use kschur_threads, only: team_size, thread_number
@@ -51,7 +50,6 @@ module kschur_substitution_complex
 
 #define SCALAR complex(wp)
 #define LANES 2
-#define AS_REAL_ROWS(x) as_real_rows(x)
 #include "kschur_substitution.inc"
 
    ! x := T^{-1} x, rows := B x, T the triangle and B the block of a supernode.

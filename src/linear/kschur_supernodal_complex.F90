@@ -3,7 +3,7 @@
 module kschur_supernodal_complex
    use kschur_common_supernodes, only: common_supernodes_type
    use kschur_error, only: error_type, new_error, error_memory
-   use kschur_fronts_complex, only: add_shares, elimination_type, eliminate_supernode, front_type, supernodal_factors_type
+   use kschur_fronts_complex, only: elimination_type, eliminate_supernode, front_type, supernodal_factors_type
    use kschur_kinds, only: wp, long
    use kschur_monitor, only: ask_monitor, is_stopped, monitor_type
    use kschur_sparse, only: complex_csr_matrix_type
@@ -17,6 +17,5 @@ module kschur_supernodal_complex
 
 #define SCALAR complex(wp)
 #define MATRIX_TYPE complex_csr_matrix_type
-#define WORDS 2
 #include "kschur_supernodal.inc"
 end module kschur_supernodal_complex
