@@ -128,6 +128,8 @@ contains
             mine%matrix = matrix_type()
          end associate
       end do
+      call shared%plan%drop_spare()
+      call free_stacks(fronts)
       associate (first => symbolic%first(common%first), offset => factors%offset(common%first:))
          if (allocated(shared%terms)) then
             call common%eliminate(shared%matrix, update, fronts(1)%enclosure, shared%terms(first:), offset, factors%lower, &
@@ -283,7 +285,7 @@ contains
    subroutine drop_updates(shared, fronts)
       type(elimination_type), intent(inout) :: shared
       type(front_type), allocatable, intent(inout) :: fronts(:)
-      integer :: i, p, s
+      integer :: s
 
       if (allocated(shared%update) .and. allocated(shared%plan%stack)) then
          do s = 1, size(shared%update)
@@ -292,13 +294,19 @@ contains
          end do
       end if
       call shared%plan%drop_spare()
-      if (.not. allocated(fronts)) return
+      if (allocated(fronts)) call free_stacks(fronts)
+   end subroutine drop_updates
+
+   subroutine free_stacks(fronts)
+      type(front_type), intent(inout) :: fronts(:)
+      integer :: i, p
+
       do i = 1, size(fronts)
          do p = 1, size(fronts(i)%stacks)
             if (associated(fronts(i)%stacks(p)%values)) deallocate (fronts(i)%stacks(p)%values)
          end do
       end do
-   end subroutine drop_updates
+   end subroutine free_stacks
 
    ! Initialises the data shared by all threads.
    subroutine set_shared(matrix, symbolic, subtrees, side, shared, status, common)
