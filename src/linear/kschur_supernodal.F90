@@ -48,6 +48,8 @@ module kschur_supernodal
             mine%matrix = matrix_type()
          end associate
       end do
+      call shared%plan%drop_spare()
+      call free_stacks(fronts)
       associate (first => symbolic%first(common%first), offset => factors%offset(common%first:))
          if (allocated(shared%terms)) then
             call common%eliminate(shared%matrix, update, fronts(1)%enclosure, shared%terms(first:), offset, factors%lower, &

@@ -82,6 +82,11 @@ contains
 
       self%processes => processes
       own = 0
+      ! The matrix and the analysis of a process, and places.
+      if (present(matrix)) call require_memory(matrix%bytes() + integer_bytes*(2.0_wp*size(whole%row) + 10.0_wp*matrix%rows), &
+         "the LDL^T factors", error)
+      call spread_error(processes%communicator, error)
+      if (allocated(error)) return
       if (present(matrix)) then
          owner = owners_of_supernodes(whole, processes%number)
          call take_common(whole, owner, common)
@@ -154,7 +159,8 @@ contains
          bytes = bytes + real_bytes*columns*((columns - 1)/2 + rows)
          most = max(most, columns*(columns + rows))
       end do
-      bytes = bytes + 3*real_bytes*most + self%symbolic%update_bytes() + 6*integer_bytes*size(self%symbolic%order)
+      bytes = bytes + 3*real_bytes*most + self%symbolic%update_bytes() + self%common%bytes() + &
+         6*integer_bytes*size(self%symbolic%order)
    end function bytes_of_factors
 
    subroutine set_supernodes(symbolic)
@@ -172,18 +178,19 @@ contains
       type(joint_factors_type), intent(in) :: self
       integer, intent(in) :: own, to
       type(error_type), allocatable, intent(inout) :: error
-      integer :: sizes(7)
+      integer(long) :: sizes(8)
       logical :: has_room
 
       associate (communicator => self%processes%communicator, symbolic => self%symbolic, matrix => self%matrix)
-         sizes = [self%n, self%multipliers, own, size(symbolic%first), matrix%columns, size(matrix%column), size(self%unknown)]
-         call MPI_Send(sizes, size(sizes), MPI_INTEGER, to, 0, communicator)
-         call MPI_Send(symbolic%start, size(symbolic%start), MPI_INTEGER8, to, 0, communicator)
+         sizes = [integer(long) :: self%n, self%multipliers, own, size(symbolic%first), matrix%columns, size(matrix%column), &
+            size(self%unknown), size(symbolic%row)]
+         call MPI_Send(sizes, size(sizes), MPI_INTEGER8, to, 0, communicator)
          call MPI_Recv(has_room, 1, MPI_LOGICAL, to, 0, communicator, MPI_STATUS_IGNORE)
          if (.not. has_room) then
             if (.not. allocated(error)) call new_error(error, error_memory, "no memory for the LDL^T factors")
             return
          end if
+         call MPI_Send(symbolic%start, size(symbolic%start), MPI_INTEGER8, to, 0, communicator)
          call MPI_Send(symbolic%first, size(symbolic%first), MPI_INTEGER, to, 0, communicator)
          call MPI_Send(symbolic%row, size(symbolic%row), MPI_INTEGER, to, 0, communicator)
          call MPI_Send(self%unknown, size(self%unknown), MPI_INTEGER, to, 0, communicator)
@@ -198,23 +205,24 @@ contains
       type(joint_factors_type), intent(inout) :: self
       integer, intent(out) :: own
       type(error_type), allocatable, intent(inout) :: error
-      integer :: sizes(7), status
+      integer(long) :: sizes(8)
+      integer :: status
 
       associate (communicator => self%processes%communicator, symbolic => self%symbolic, matrix => self%matrix)
-         call MPI_Recv(sizes, size(sizes), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)
-         self%n = sizes(1)
-         self%multipliers = sizes(2)
-         own = sizes(3)
-         matrix%rows = sizes(5)
-         matrix%columns = sizes(5)
-         allocate (symbolic%start(sizes(4)))
-         call MPI_Recv(symbolic%start, sizes(4), MPI_INTEGER8, 0, 0, communicator, MPI_STATUS_IGNORE)
-         allocate (symbolic%first(sizes(4)), symbolic%row(symbolic%start(sizes(4)) - 1), self%unknown(sizes(7)), &
+         call MPI_Recv(sizes, size(sizes), MPI_INTEGER8, 0, 0, communicator, MPI_STATUS_IGNORE)
+         self%n = int(sizes(1))
+         self%multipliers = int(sizes(2))
+         own = int(sizes(3))
+         matrix%rows = int(sizes(5))
+         matrix%columns = int(sizes(5))
+         allocate (symbolic%start(sizes(4)), symbolic%first(sizes(4)), symbolic%row(sizes(8)), self%unknown(sizes(7)), &
             self%column(sizes(7)), matrix%row_start(sizes(5) + 1), matrix%column(sizes(6)), matrix%value(sizes(6)), stat=status)
          if (status /= 0) call new_error(error, error_memory, "no memory for the LDL^T factors")
-         call require_memory(message_bytes, "the LDL^T factors", error)
+         ! What is made of it, and the common supernodes.
+         call require_memory(message_bytes + integer_bytes*(10.0_wp*sizes(5) + sizes(8)), "the LDL^T factors", error)
          call MPI_Send(.not. allocated(error), 1, MPI_LOGICAL, 0, 0, communicator)
          if (allocated(error)) return
+         call MPI_Recv(symbolic%start, size(symbolic%start), MPI_INTEGER8, 0, 0, communicator, MPI_STATUS_IGNORE)
          call MPI_Recv(symbolic%first, size(symbolic%first), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)
          call MPI_Recv(symbolic%row, size(symbolic%row), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)
          call MPI_Recv(self%unknown, size(self%unknown), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)

@@ -4,6 +4,7 @@
 module kschur_joint_supernodes
    use kschur_common_supernodes, only: common_supernodes_type, common_updates_type
    use kschur_kinds, only: wp, long
+   use kschur_memory, only: real_bytes
    use kschur_monitor, only: is_stopped, monitor_type
    use kschur_enclosure, only: enclosure_type
    use kschur_panel, only: factor_panel
@@ -35,6 +36,8 @@ module kschur_joint_supernodes
       type(root_type), allocatable :: roots(:)
    contains
       procedure :: begin
+      !> Bytes of the largest front here, and of work arrays.
+      procedure :: bytes
       procedure :: any_of
       procedure :: eliminate
       procedure :: sum_rows
@@ -67,7 +70,7 @@ contains
       integer(long), intent(in) :: start(:)
       type(processes_type), intent(in) :: processes
       integer, allocatable :: here(:), all(:)
-      integer :: lengths(0:processes%number - 1), process, s, k, next
+      integer :: lengths(0:processes%number - 1), numbers(0:processes%number - 1), process, s, k, i, next
 
       self%first = first
       self%unknowns = unknowns
@@ -88,19 +91,36 @@ contains
          end associate
       end do
       call MPI_Allgather(size(here), 1, MPI_INTEGER, lengths, 1, MPI_INTEGER, self%communicator)
-      allocate (all(sum(lengths)), self%roots(0))
+      call MPI_Allgather(count(parent > 0), 1, MPI_INTEGER, numbers, 1, MPI_INTEGER, self%communicator)
+      allocate (all(sum(lengths)), self%roots(sum(numbers)))
       call MPI_Allgatherv(here, size(here), MPI_INTEGER, all, lengths, before(lengths), MPI_INTEGER, self%communicator)
+      i = 0
       k = 0
       do process = 0, self%processes - 1
-         next = k + lengths(process)
-         do while (k < next)
-            associate (rows => all(k + 3))
-               self%roots = [self%roots, root_type(process, all(k + 1), all(k + 2), all(k + 4:k + 3 + rows))]
+         do next = 1, numbers(process)
+            i = i + 1
+            associate (root => self%roots(i), rows => all(k + 3))
+               root%process = process
+               root%number = all(k + 1)
+               root%parent = all(k + 2)
+               allocate (root%row, source=all(k + 4:k + 3 + rows))
                k = k + 3 + rows
             end associate
          end do
       end do
    end subroutine begin
+
+   pure real(wp) function bytes(self)
+      class(joint_supernodes_type), intent(in) :: self
+      integer :: s
+
+      bytes = 0
+      do s = 1, size(self%tree%first) - 1
+         associate (rows => real(self%tree%rows(s), wp))
+            bytes = max(bytes, real_bytes*rows*(rows/self%processes + 4*widest))
+         end associate
+      end do
+   end function bytes
 
    logical function any_of(self, here)
       class(joint_supernodes_type), intent(in) :: self
