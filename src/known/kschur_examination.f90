@@ -257,8 +257,8 @@ contains
             if (allocated(error)) return
          end if
          if (count(.not. problem%mass%row_maxima() > 0) > most_massless) return
-         deflation%infinite_is_known = problem%symmetric
-         if (problem%symmetric) deflation%infinite_is_known = is_definite(problem%mass)
+         deflation%infinite_is_known = problem%symmetric .or. problem%mass%is_symmetric()
+         if (deflation%infinite_is_known) deflation%infinite_is_known = is_definite(problem%mass)
          if (deflation%infinite_is_known) return
          call find_null_space(massless, problem, problem%mass, inner, for_mass, effort, error)
          if (allocated(error)) return

@@ -26,9 +26,9 @@ module kschur_null_space
    !> and S scale the rows of both blocks to size one, so that the numerical rank does not depend on units, or on heavy and light
    !> parts. The perturbation E makes the matrix regular: diag(delta I, -delta I) or, as left and right null vectors of an
    !> unsymmetric A may be orthogonal to each other, a random matrix on the pattern of the problem in place of delta I. Without E
-   !> a null pivot of a redundant constraint could not be told from one of a null vector. Without constraints, and if A is positive
-   !> semidefinite, E is rounding and delta at null pivots alone: the factors are those of A then, for forces orthogonal to the
-   !> null vectors (`exact`).
+   !> a null pivot of a redundant constraint could not be told from one of a null vector. Without constraints E is zero if A is
+   !> unsymmetric and regular, and rounding and delta at null pivots alone if A is positive semidefinite: the factors are those of A
+   !> then, for forces orthogonal to the null vectors (`exact`).
    type :: null_space_type
       !> phi, n x k, and xi, m x k.
       real(wp), allocatable :: motions(:, :), multipliers(:, :)
@@ -62,9 +62,10 @@ module kschur_null_space
 
 contains
 
-   !> Finds the null space of a matrix on the motions that the constraints allow. Factors A itself if it is positive semidefinite
-   !> and there are no constraints, otherwise A + E. Factors with another E if the growth of the vectors shows that the sum is
-   !> singular to rounding, and with MUMPS if the solver fails, as A may be nearer to singular than the problem is at any shift.
+   !> Finds the null space of a matrix on the motions that the constraints allow. Factors A itself if there are no constraints and it
+   !> is positive semidefinite, or unsymmetric and regular; otherwise A + E. Factors with another E if the growth of the vectors shows
+   !> that the sum is singular to rounding, and with MUMPS if the solver fails, as A may be nearer to singular than the problem is at
+   !> any shift.
    subroutine find_null_space(space, problem, matrix, inner, purpose, effort, error)
       type(null_space_type), intent(out) :: space
       type(modal_problem_type), intent(in) :: problem
@@ -81,7 +82,7 @@ contains
       real(wp), allocatable :: basis(:, :)
       integer :: attempt
 
-      call factor_semidefinite(space, problem, matrix, inner, purpose, effort, basis, error)
+      call factor_alone(space, problem, matrix, inner, purpose, effort, basis, error)
       if (allocated(error)) return
       attempt = 0
       do while (.not. space%exact)
@@ -110,9 +111,10 @@ contains
       call move_alloc(basis, space%basis)
    end subroutine find_null_space
 
-   ! Factors A itself, without E, and finds its null vectors. Sets `exact` only if there are no constraints, A is symmetric, and its
-   ! inertia shows no negative eigenvalue but those of null vectors, whose pivots are rounding.
-   subroutine factor_semidefinite(space, problem, matrix, inner, purpose, effort, basis, error)
+   ! Factors A itself, without E, and finds its null vectors. Sets `exact` only if there are no constraints and, of a symmetric A, the
+   ! inertia shows no negative eigenvalue but those of null vectors, whose pivots are rounding; an unsymmetric one must have no null
+   ! vector, as pivoting leaves unknown what rounding puts in the place of the null pivots.
+   subroutine factor_alone(space, problem, matrix, inner, purpose, effort, basis, error)
       type(null_space_type), intent(inout) :: space
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: matrix
@@ -131,8 +133,7 @@ contains
          return
       end select
       call scale_matrix(space, problem, matrix, structure)
-      if (.not. structure%symmetric) return
-      structure%singular = .true.
+      structure%singular = structure%symmetric
       space%delta = visible_pivot
       call space%solver%factorize(space%matrix, structure, error)
       if (.not. allocated(error)) then
@@ -141,11 +142,13 @@ contains
       end if
       if (allocated(error)) then
          if (all(error%code /= [error_cancelled, error_memory])) deallocate (error)
-      else
+      else if (structure%symmetric) then
          ! Each negative pivot belongs to a null vector then.
          space%exact = space%solver%negative_pivots <= size(basis, 2) .and. .not. space%doubtful
+      else
+         space%exact = space%solver%null_pivots == 0 .and. size(basis, 2) == 0
       end if
-   end subroutine factor_semidefinite
+   end subroutine factor_alone
 
    ! Sets the scaled matrix [D A D, D Cq^T S; S Cq D, 0], without E, and its structure.
    subroutine scale_matrix(space, problem, matrix, structure)
@@ -376,10 +379,14 @@ contains
          if (size(x, 2) == 0) return
       end do
       call orthonormalize(basis, n, x, state)
-      ! Removes the effect of E. Orthonormalizes after each step, as each amplifies rounding along one null vector.
+      ! Removes the effect of E. Orthonormalizes after each step, as the first amplifies rounding along one null vector.
       do i = 1, refinements
          no_force = 0*x
-         call refine(space, transposed, no_force, x, 1, error)
+         if (i == 1) then
+            call correct(space, transposed, no_force, x, error)
+         else
+            call correct(space, transposed, no_force, x, error, reshape([basis, x], [size(x, 1), size(basis, 2) + size(x, 2)]))
+         end if
          if (allocated(error)) return
          call orthonormalize(basis, n, x)
       end do
@@ -408,40 +415,41 @@ contains
       real(wp), intent(out) :: y(:, :)
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: rhs(:, :)
-      integer :: n
+      integer :: n, step
 
       n = size(self%scaling)
       allocate (rhs(self%matrix%rows, size(f, 2)), source=0.0_wp)
       rhs(:n, :) = f*spread(self%scaling, 2, size(f, 2))
       y = 0
-      call refine(self, .false., rhs, y, refinements, error, self%basis)
+      do step = 1, refinements
+         call correct(self, .false., rhs, y, error, self%basis)
+         if (allocated(error)) return
+         call subtract(self%basis, self%basis, y, n)
+         call subtract(self%basis, self%basis, y, n)
+      end do
       y = y*spread([self%scaling, self%constraint_scaling], 2, size(f, 2))
    end subroutine pseudo_solve
 
-   ! Refines solutions of A x = f with the factors of A + E, and makes them orthogonal to null vectors: each step reduces the effect
-   ! of E by a factor of delta ||A^+||.
-   subroutine refine(space, transposed, f, x, steps, error, null_vectors)
+   ! Corrects solutions of A x = f by the factors of A + E: reduces the effect of E by a factor of delta ||A^+||. Where E is delta at
+   ! null pivots alone, null vectors are amplified by far more than 1/delta: the rounding of the residual along them, which an exact
+   ! residual has not, would make the correction as inaccurate as a first solution. So it is subtracted.
+   subroutine correct(space, transposed, f, x, error, null_vectors)
       class(null_space_type), intent(inout) :: space
       logical, intent(in) :: transposed
       real(wp), contiguous, intent(in) :: f(:, :)
       real(wp), contiguous, intent(inout) :: x(:, :)
-      integer, intent(in) :: steps
       type(error_type), allocatable, intent(out) :: error
+      !> As far as they are known.
       real(wp), contiguous, optional, intent(in) :: null_vectors(:, :)
       real(wp), allocatable :: residual(:, :)
-      integer :: step
 
-      allocate (residual, mold=f)
-      do step = 1, steps
-         residual = f - product_of(space%matrix, transposed, x)
-         call solve(space, transposed, residual, error)
-         if (allocated(error)) return
-         x = x + residual
-         if (.not. present(null_vectors)) cycle
-         call subtract(null_vectors, null_vectors, x, size(space%scaling))
-         call subtract(null_vectors, null_vectors, x, size(space%scaling))
-      end do
-   end subroutine refine
+      allocate (residual, source=f)
+      residual = residual - product_of(space%matrix, transposed, x)
+      if (present(null_vectors) .and. space%symmetric .and. size(space%constraint_scaling) == 0) &
+         call subtract(null_vectors, null_vectors, residual)
+      call solve(space, transposed, residual, error)
+      if (.not. allocated(error)) x = x + residual
+   end subroutine correct
 
    ! A x, or A^T x.
    function product_of(matrix, transposed, x) result(y)

@@ -62,6 +62,12 @@ module kschur_csr
       complex(wp), allocatable :: value(:)
    contains
       procedure :: bytes => complex_bytes_of
+      !> y := y + alpha A x for a block of vectors.
+      procedure :: add_product => add_product_all_complex
+      !> The main diagonal.
+      procedure :: diagonal => complex_diagonal
+      !> The matrix of the magnitudes of its entries.
+      procedure :: magnitudes
    end type complex_csr_matrix_type
 
 contains
@@ -147,6 +153,18 @@ contains
       end do
    end subroutine add_transposed_product_complex
 
+   subroutine add_product_all_complex(self, alpha, x, y)
+      class(complex_csr_matrix_type), intent(in) :: self
+      complex(wp), intent(in) :: alpha
+      complex(wp), contiguous, intent(in) :: x(:, :)
+      complex(wp), contiguous, intent(inout) :: y(:, :)
+      integer :: j
+
+      do j = 1, size(x, 2)
+         call add_rows(self%row_start, self%column, self%value, alpha, x(:, j), y(:, j))
+      end do
+   end subroutine add_product_all_complex
+
    pure real(wp) function infinity_norm(self)
       class(csr_matrix_type), intent(in) :: self
       real(wp) :: total
@@ -213,6 +231,32 @@ contains
          end do
       end do
    end function diagonal
+
+   pure function complex_diagonal(self) result(values)
+      class(complex_csr_matrix_type), intent(in) :: self
+      complex(wp) :: values(min(self%rows, self%columns))
+      integer :: i, k
+
+      values = 0
+      do i = 1, size(values)
+         do k = self%row_start(i), self%row_start(i + 1) - 1
+            if (self%column(k) < i) cycle
+            if (self%column(k) == i) values(i) = self%value(k)
+            exit
+         end do
+      end do
+   end function complex_diagonal
+
+   pure function magnitudes(self) result(matrix)
+      class(complex_csr_matrix_type), intent(in) :: self
+      type(csr_matrix_type) :: matrix
+
+      matrix%rows = self%rows
+      matrix%columns = self%columns
+      allocate (matrix%row_start, source=self%row_start)
+      allocate (matrix%column, source=self%column)
+      allocate (matrix%value, source=abs(self%value))
+   end function magnitudes
 
    pure function row_indices(self) result(row)
       class(csr_matrix_type), intent(in) :: self

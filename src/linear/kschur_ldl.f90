@@ -2,20 +2,19 @@
 !> memory are known in advance.
 module kschur_ldl
    use kschur_clock, only: clock, seconds_since
-   use kschur_error, only: error_type, new_error, error_library, error_memory, error_singular, error_usage
+   use kschur_error, only: error_type, new_error, error_library, error_singular, error_usage
    use kschur_fronts, only: supernodal_factors_type
    use kschur_kinds, only: wp, long
    use kschur_last_analysis, only: analyze_once, last_analysis_type
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
    use kschur_memory, only: real_bytes, require_memory
    use kschur_monitor, only: ask_monitor
+   use kschur_permuted_sides, only: substitute_sides
    use kschur_sparse, only: csr_matrix_type
-   use kschur_substitution, only: sides_at_once, substitute
    use kschur_subtrees, only: cut_subtrees, subtrees_type
    use kschur_supernodal, only: eliminate
    use kschur_symbolic, only: analyze, symbolic_type
    use kschur_text, only: text
-   use kschur_threads, only: panel_rows
    use kschur_tolerances, only: cancelled, rounding_of_sums, visible_pivot
    implicit none
    private
@@ -153,8 +152,6 @@ contains
       class(ldl_real_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: y(:, :)
-      integer :: first, last, joint, status
       integer(long) :: started
 
       if (.not. self%factored) then
@@ -164,66 +161,7 @@ contains
       end if
       if (allocated(error)) return
       started = clock()
-      last = 0
-      do while (last < size(x, 2))
-         first = last + 1
-         joint = sides_at_once(size(x, 2) - last)
-         last = min(last + joint, size(x, 2))
-         if (allocated(y)) then
-            if (size(y, 1) /= joint) deallocate (y)
-         end if
-         status = 0
-         if (.not. allocated(y)) allocate (y(joint, size(x, 1)), stat=status)
-         if (status /= 0) then
-            call new_error(error, error_memory, "no memory for the right-hand sides")
-            return
-         end if
-         call gather(self%symbolic%position, x(:, first:last), y)
-         call substitute(self%symbolic, self%subtrees, self%factors, y, error)
-         if (allocated(error)) return
-         call scatter(self%symbolic%order, y, x(:, first:last))
-      end do
+      call substitute_sides(self%symbolic, self%subtrees, self%factors, x, error)
       self%solve_seconds = self%solve_seconds + seconds_since(started)
    end subroutine solve
-
-   ! Permutes right-hand sides; missing ones of a block are zero. Scattered writes are faster than scattered reads.
-   subroutine gather(position, x, y)
-      integer, intent(in) :: position(:)
-      real(wp), contiguous, intent(in) :: x(:, :)
-      real(wp), contiguous, intent(out) :: y(:, :)
-      integer :: i, j
-
-      if (size(y, 1) == 1) then
-         !$omp parallel do schedule(static) if (size(position) > panel_rows)
-         do j = 1, size(position)
-            y(1, position(j)) = x(j, 1)
-         end do
-         !$omp end parallel do
-         return
-      end if
-      !$omp parallel do schedule(static) private(i) if (size(position) > panel_rows)
-      do j = 1, size(position)
-         do i = 1, size(x, 2)
-            y(i, position(j)) = x(j, i)
-         end do
-         y(size(x, 2) + 1:, position(j)) = 0
-      end do
-      !$omp end parallel do
-   end subroutine gather
-
-   ! Permutes solutions back.
-   subroutine scatter(order, y, x)
-      integer, intent(in) :: order(:)
-      real(wp), contiguous, intent(in) :: y(:, :)
-      real(wp), contiguous, intent(inout) :: x(:, :)
-      integer :: i, j
-
-      !$omp parallel do schedule(static) private(i) if (size(order) > panel_rows)
-      do j = 1, size(order)
-         do i = 1, size(x, 2)
-            x(order(j), i) = y(i, j)
-         end do
-      end do
-      !$omp end parallel do
-   end subroutine scatter
 end module kschur_ldl

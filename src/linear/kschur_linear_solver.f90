@@ -16,6 +16,9 @@ module kschur_linear_solver
       !> Unknown i belongs to node(i), 1-based: unknowns of a node are best
       !> eliminated together. Not allocated: every unknown is its own node.
       integer, allocatable :: node(:)
+      !> A complex symmetric matrix is likely to have a numerical range in an open half plane: P(sigma) of a passive system, sigma
+      !> in the right one. Then it has factors without pivoting (theory in kschur_ldl_complex).
+      logical :: in_half_plane = .false.
       !> Number of Lagrange multipliers, the last unknowns: their diagonal is zero, so each must be eliminated after the
       !> unknowns it constrains.
       integer :: multipliers = 0

@@ -8,7 +8,7 @@ module kschur_row_products
 
    !> y := y + alpha A x for one vector, summed in the order of the row.
    interface add_rows
-      module procedure add_rows_real, add_rows_complex
+      module procedure add_rows_real, add_rows_complex, add_rows_all_complex
    end interface add_rows
 
 contains
@@ -56,6 +56,26 @@ contains
       end do
       !$omp end parallel do
    end subroutine add_rows_complex
+
+   subroutine add_rows_all_complex(row_start, column, value, alpha, x, y)
+      integer, contiguous, intent(in) :: row_start(:), column(:)
+      complex(wp), contiguous, intent(in) :: value(:)
+      complex(wp), intent(in) :: alpha
+      complex(wp), contiguous, intent(in) :: x(:)
+      complex(wp), contiguous, intent(inout) :: y(:)
+      integer :: i, k
+      complex(wp) :: total
+
+      !$omp parallel do schedule(static) private(k, total) if (size(y) > panel_rows)
+      do i = 1, size(row_start) - 1
+         total = 0
+         do k = row_start(i), row_start(i + 1) - 1
+            total = total + value(k)*x(column(k))
+         end do
+         y(i) = y(i) + alpha*total
+      end do
+      !$omp end parallel do
+   end subroutine add_rows_all_complex
 
    !> As `add_rows` for four vectors with the same digits; reads the matrix once.
    subroutine add_four_rows(row_start, column, value, alpha, x, y)

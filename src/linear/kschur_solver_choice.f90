@@ -1,6 +1,7 @@
 !> The linear solvers of a computation: those of the library, as an option
 !> names them, or a user's own.
 module kschur_solver_choice
+   use kschur_direct_complex, only: direct_complex_type
    use kschur_direct_solver, only: direct_real_type
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_inertia_solver, only: inertia_real_type
@@ -10,8 +11,7 @@ module kschur_solver_choice
    use kschur_last_analysis, only: last_analysis_type
    use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
    use kschur_monitor, only: monitor_type
-   use kschur_mumps_complex, only: mumps_complex_type
-   use kschur_options, only: inner_auto, inner_iterative, modal_options_type
+   use kschur_options, only: inner_auto, inner_iterative, inner_mumps, modal_options_type
    use kschur_processes, only: processes_type
    use kschur_tolerances, only: rounding_of_sums
    implicit none
@@ -89,7 +89,6 @@ contains
       !> Processes that may factor jointly; absent or not associated: this one alone.
       type(processes_type), pointer, intent(in), optional :: processes
       type(processes_type), pointer :: together
-      type(mumps_complex_type) :: mumps
 
       nullify (together)
       if (present(processes)) together => processes
@@ -112,9 +111,9 @@ contains
          source=direct_real_type(refinements=2, processes=together))
       if (.not. allocated(inner%real)) allocate (inner%real, &
          source=direct_real_type(inner=options%inner, processes=together))
-      if (allocated(inner%complex)) return
-      mumps%processes => together
-      allocate (inner%complex, source=mumps)
+      ! LDL that is asked for by name is for the shift, not for what refines modes.
+      if (.not. allocated(inner%complex)) allocate (inner%complex, source=direct_complex_type(inner=merge(inner_mumps, inner_auto, &
+         options%inner == inner_mumps), processes=together))
    end subroutine choose_inner_solvers
 
    ! Chooses the iterative solvers. Their tolerance is tighter than that of Ritz pairs, as the errors of many solves enter their

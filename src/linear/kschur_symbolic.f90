@@ -189,11 +189,15 @@ contains
       if (self%start(s) < self%start(s + 1)) parent = self%supernode(self%row(self%start(s)))
    end function parent
 
-   pure real(wp) function factor_bytes(self) result(bytes)
+   pure real(wp) function factor_bytes(self, of_number) result(bytes)
       class(symbolic_type), intent(in) :: self
-      real(wp) :: entries, most_entries
+      !> Bytes of a number; absent: of a real one.
+      real(wp), intent(in), optional :: of_number
+      real(wp) :: entries, most_entries, number
       integer :: s, columns, rows
 
+      number = real_bytes
+      if (present(of_number)) number = of_number
       entries = 0
       most_entries = 0
       do s = 1, size(self%first) - 1
@@ -202,22 +206,26 @@ contains
          entries = entries + real(columns, wp)*((columns - 1)/2.0_wp + rows)
          most_entries = max(most_entries, real(columns, wp)*(columns + rows))
       end do
-      bytes = real_bytes*(entries + 2*most_entries + size(self%order)) + self%update_bytes() + &
+      bytes = number*(entries + 2*most_entries + size(self%order)) + self%update_bytes(number) + &
          integer_bytes*(real(size(self%row), wp) + 6*size(self%order))
    end function factor_bytes
 
-   pure real(wp) function update_bytes(self) result(bytes)
+   pure real(wp) function update_bytes(self, of_number) result(bytes)
       class(symbolic_type), intent(in) :: self
+      !> As in `bytes`.
+      real(wp), intent(in), optional :: of_number
       ! Of its children, and of all at a time.
       real(wp), allocatable :: of_children(:)
-      real(wp) :: all
+      real(wp) :: all, number
       integer :: s
 
+      number = real_bytes
+      if (present(of_number)) number = of_number
       allocate (of_children(0:size(self%first) - 1), source=0.0_wp)
       bytes = 0
       all = 0
       do s = 1, size(self%first) - 1
-         associate (update => real_bytes*touched(int(self%start(s + 1) - self%start(s))), siblings => of_children(self%parent(s)))
+         associate (update => number*touched(int(self%start(s + 1) - self%start(s))), siblings => of_children(self%parent(s)))
             all = all + update
             bytes = max(bytes, all)
             all = all - of_children(s)
@@ -230,9 +238,9 @@ contains
       ! Entries of an update matrix in pages that its lower triangle touches.
       pure real(wp) function touched(rows)
          integer, intent(in) :: rows
-         integer, parameter :: page = 512
+         integer, parameter :: page = 4096
 
-         touched = real(rows, wp)*min(rows, (rows + page)/2)
+         touched = real(rows, wp)*min(rows, (rows + int(page/number))/2)
       end function touched
    end function update_bytes
 

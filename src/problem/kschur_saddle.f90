@@ -29,12 +29,15 @@ contains
    end subroutine symmetric_saddle
 
    !> Structure of [A, Cq^T; Cq, 0] for solvers, A a combination of M, R and K.
-   pure function saddle_structure(problem) result(structure)
+   pure function saddle_structure(problem, sigma) result(structure)
       type(modal_problem_type), intent(in) :: problem
+      !> The shift, if A = P(sigma).
+      complex(wp), intent(in), optional :: sigma
       type(matrix_structure_type) :: structure
       integer :: i
 
       structure%symmetric = problem%symmetric
+      if (present(sigma)) structure%in_half_plane = real(sigma, wp) > 0 .or. .not. abs(sigma) > 0
       structure%multipliers = problem%multipliers()
       allocate (structure%node(problem%unknowns()), source=[(i, i=1, problem%unknowns())])
       if (allocated(problem%position)) allocate (structure%position, source=problem%position)

@@ -4,6 +4,7 @@ module kschur_factoring
    use kschur_complex_dense_transform, only: complex_dense_transform_type, new_complex_dense_transform
    use kschur_context, only: solve_context_type
    use kschur_dense_transform, only: dense_transform_type, new_dense_transform
+   use kschur_direct_complex, only: direct_complex_type
    use kschur_direct_solver, only: direct_real_type
    use kschur_effort, only: for_iteration
    use kschur_error, only: error_type, new_error, error_singular, error_usage
@@ -66,7 +67,7 @@ contains
          call factor_low_rank(s, placement, error)
       else if (formulation == formulation_quadratic .and. .not. (abs(aimag(s%shift)) > 0 .or. s%is_lossy())) then
          call factor_real_quadratic(s, placement, error)
-      else if (s%options%inner == inner_ldl) then
+      else if (s%options%inner == inner_ldl .and. formulation /= formulation_quadratic) then
          call new_error(error, error_usage, "the inner solver ldl does not fit, take auto or mumps: the formulation "// &
             trim(formulation_names(formulation))//" factors a complex matrix here")
       else
@@ -183,7 +184,7 @@ contains
    ! Takes a solver for complex matrices, a spare one or a new one. Frees a spare solver for real matrices and the memory kept for
    ! its factors.
    subroutine take_complex(s, solver)
-      type(solve_context_type), intent(inout) :: s
+      type(solve_context_type), target, intent(inout) :: s
       class(complex_linear_solver_type), allocatable, intent(out) :: solver
 
       if (allocated(s%spare%real)) deallocate (s%spare%real)
@@ -191,6 +192,11 @@ contains
       call move_alloc(s%spare%complex, solver)
       if (.not. allocated(solver)) allocate (solver, source=s%inner%complex)
       solver%monitor => s%inner%complex%monitor
+      select type (solver)
+      type is (direct_complex_type)
+         solver%last => s%last_analysis
+         if (s%options%inner == inner_ldl) solver%inner = inner_ldl
+      end select
    end subroutine take_complex
 
    ! Factors the quadratic form at a complex shift or with losses, or a pencil.

@@ -8,6 +8,7 @@ module kschur_hidden
    use kschur_modes, only: modes_type
    use kschur_outcome, only: certified_unknown, certified_yes, reason_converged, reason_fewer_modes, reason_inaccurate
    use kschur_problem, only: modal_problem_type
+   use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: magnitude
    use kschur_tolerances, only: cancelled, root_epsilon, rounding_of_sums, same_value
    implicit none
@@ -53,27 +54,41 @@ contains
       modes%missing = -1
    end subroutine tell_hidden
 
-   ! |lambda| (1/s) below which a mode is indistinguishable from the rigid motions among the pairs: |lambda|^2 phi^* M phi is then
-   ! below the rounding of the strain energy phi^* K phi.
+   ! |lambda| (1/s) below which a mode is indistinguishable from the rigid motions among the pairs: the inertia and damping of such a
+   ! motion, |lambda|^2 m + |lambda| r with m = phi^* M phi and r = |phi^* R phi|, are then below the rounding f of the strain energy
+   ! phi^* K phi.
    real(wp) function limit_of_rigid_motions(problem, pairs) result(limit)
       type(modal_problem_type), intent(in) :: problem
       class(eigenpairs_type), intent(in) :: pairs
-      complex(wp), dimension(pairs%rows(), 1) :: phi, forces
-      real(wp) :: terms(pairs%rows(), 1), inertia
+      complex(wp), dimension(pairs%rows(), 1) :: phi
+      real(wp) :: terms(pairs%rows(), 1), inertia, damping, rounding
       integer :: j
 
       limit = 0
       do j = 1, size(pairs%lambda)
          if (abs(pairs%lambda(j)) > 0) cycle
          phi(:, 1) = pairs%column(j)
-         forces = 0
          terms = 0
-         call problem%mass%add_product((1.0_wp, 0.0_wp), phi, forces)
          call add_magnitudes(problem%stiffness, abs(phi), terms)
-         inertia = abs(dot_product(phi(:, 1), forces(:, 1)))
-         if (inertia > cancelled*dot_product(abs(phi(:, 1)), abs(forces(:, 1)))) &
-            limit = max(limit, sqrt(rounding_of_sums*dot_product(abs(phi(:, 1)), terms(:, 1))/inertia))
+         rounding = rounding_of_sums*dot_product(abs(phi(:, 1)), terms(:, 1))
+         inertia = energy(problem%mass)
+         damping = energy(problem%damping)
+         if (inertia > 0 .or. damping > 0) &
+            limit = max(limit, 2*rounding/(damping + sqrt(damping**2 + 4*inertia*rounding)))
       end do
+
+   contains
+
+      ! |phi^* A phi|; zero if that is a rounding error.
+      real(wp) function energy(matrix)
+         type(csr_matrix_type), intent(in) :: matrix
+         complex(wp) :: forces(size(phi, 1), 1)
+
+         forces = 0
+         call matrix%add_product((1.0_wp, 0.0_wp), phi, forces)
+         energy = abs(dot_product(phi(:, 1), forces(:, 1)))
+         if (energy <= cancelled*dot_product(abs(phi(:, 1)), abs(forces(:, 1)))) energy = 0
+      end function energy
    end function limit_of_rigid_motions
 
    ! |lambda| (1/s) below which rounding f hides a mode with the inertia m of this one, sqrt(f/m). f/m follows from the error bound

@@ -126,6 +126,9 @@ contains
          if (plan%formulation /= formulation_quadratic) return
          plan%complex = abs(aimag(settings%target)) > 0 .or. allocated(work%loss)
          if (allocated(settings%shift)) plan%complex = abs(aimag(settings%shift)) > 0 .or. allocated(work%loss)
+         ! Shifts that are chosen are in the right half plane.
+         plan%structure%in_half_plane = .true.
+         if (allocated(settings%shift)) plan%structure%in_half_plane = real(settings%shift, wp) > 0
       else
          call new_pencil(pencil, work, plan%formulation, spread(1.0_wp, 1, work%multipliers()), 1.0_wp, error)
          if (allocated(error)) return

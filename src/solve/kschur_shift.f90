@@ -109,13 +109,13 @@ contains
       iterates_complex = s%is_lossy() .and. all(s%formulation /= [formulation_proportional, formulation_low_rank])
    end function iterates_complex
 
-   ! Whether the factors of the stiffness can serve an iteration at the shift zero: they are exact, not perturbed, the problem is
-   ! symmetric, and all rigid motions are deflated. Not for a dense solve, nor if the options name an inner solver, nor if earlier
+   ! Whether the factors of the stiffness can serve an iteration at the shift zero: they are exact, not perturbed, and all rigid
+   ! motions are deflated. Not for a dense solve, nor if the options name an inner solver, nor if earlier
    ! modes give the scale.
    pure logical function zero_may_serve(s)
       type(solve_context_type), intent(in) :: s
 
-      zero_may_serve = allocated(s%known%stiffness) .and. s%work%symmetric .and. s%known%deflation%not_deflated == 0 .and. &
+      zero_may_serve = allocated(s%known%stiffness) .and. s%known%deflation%not_deflated == 0 .and. &
          s%options%inner == inner_auto .and. .not. (s%dense .or. allocated(s%last)) .and. any(s%formulation == &
          [formulation_symmetric, formulation_proportional, formulation_quadratic, formulation_low_rank]) .and. &
          .not. iterates_complex(s)

@@ -50,11 +50,12 @@ module kschur_options
    !> Names of the constraint scalings, from `scaling_none` on.
    character(len=*), parameter, public :: scaling_names(0:2) = [character(len=6) :: "none", "scalar", "row"]
 
-   !> `ldl` if the matrix is real, symmetric and definite, else `mumps`.
+   !> `ldl` if the matrix is symmetric and definite, or complex with a numerical range in a half plane; else `mumps`.
    integer, parameter, public :: inner_auto = 0
    !> MUMPS with METIS: any matrix.
    integer, parameter, public :: inner_mumps = 1
-   !> LDL^T without pivoting: real symmetric matrices, definite except for multipliers.
+   !> LDL^T without pivoting: symmetric matrices, definite except for multipliers, or complex ones with a numerical range in a half
+   !> plane.
    integer, parameter, public :: inner_ldl = 2
    !> Flexible GMRES, preconditioned by MUMPS in single precision: if double-precision factors exceed memory.
    integer, parameter, public :: inner_iterative = 3

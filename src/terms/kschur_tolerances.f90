@@ -70,6 +70,10 @@ module kschur_tolerances
    !> 2017, section 5.4).
    real(wp), parameter, public :: usable_pivot = 0.1_wp
 
+   !> Cosine of half the angle of a sector that no pivot leaves, below which a complex factorisation without pivoting is given up:
+   !> its inverse squared, a hundred, bounds the growth (C.-K. Li, N.-S. Sze, J. Math. Anal. Appl. 410 (2014)).
+   real(wp), parameter, public :: narrowest_cosine = 0.1_wp
+
    !> A diagonal entry larger than other rows and its off-diagonal entries by this factor is a penalty. Chosen.
    real(wp), parameter, public :: penalty = 1.0e6_wp
 

@@ -1,7 +1,7 @@
 /* Lets one process fail at a moment: it is killed when it calls a library, or its memory ends when that returns, or it
- * gets a SIGTERM when METIS has taken those for itself. To be loaded
- * before libraries (LD_PRELOAD), with FAIL_RANK, FAIL_AT (a function, of MUMPS with its job: "dmumps 2"; "dgemm" factors by LDL^T,
- * "MPI_Reduce" solves with such factors of several processes), FAIL_COUNT (the number of the call) and, for memory, FAIL_ROOM (the megabytes that are left). */
+ * gets a SIGTERM when METIS has taken those for itself. To be loaded before libraries (LD_PRELOAD), with FAIL_RANK, FAIL_AT (a
+ * function, of MUMPS with its job: "dmumps 2"), FAIL_COUNT (the number of the call) and, for memory, FAIL_ROOM (the megabytes
+ * that are left). PURPOSES of test_processes.py says what a call is for. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <signal.h>
@@ -90,6 +90,18 @@ void mpi_reduce_f08_(void *sent, void *received, void *count, void *type, void *
 
    before(due);
    next(sent, received, count, type, operation, root, communicator, error);
+   after(due);
+}
+
+void mpi_allgatherv_f08_(void *sent, void *count, void *type, void *received, void *counts, void *places, void *other,
+                         void *communicator, void *error)
+{
+   void (*next)(void *, void *, void *, void *, void *, void *, void *, void *, void *) =
+      (void (*)(void *, void *, void *, void *, void *, void *, void *, void *, void *))dlsym(RTLD_NEXT, "mpi_allgatherv_f08_");
+   int due = is_due("MPI_Allgatherv");
+
+   before(due);
+   next(sent, count, type, received, counts, places, other, communicator, error);
    after(due);
 }
 

@@ -375,9 +375,21 @@ def is_said(done, words):
     return len(lines) == 1 and words in lines[0]
 
 
-def fail(problem, rank, at, count, room, *options):
-    """A solve on three processes, one of which is killed where it calls something so many times, or has no more memory than so
-    many megabytes from then on. Returns how it ended, and the names of what it has written."""
+# What a process does when it calls a function for the n-th time. Of the calls of MPI_Allgatherv in the first factorisation the
+# first tells the roots of subtrees, the next ones rows of common supernodes.
+PURPOSES = {
+    "reads": ("H5Dread", 2), "reads its rows": ("H5Dread", 5), "reads its third array": ("H5Dread", 3),
+    "reads its ninth array": ("H5Dread", 9), "orders": ("METIS_NodeND", 1), "is told to end while it orders": ("gk_sigtrap", 1),
+    "factors its subtrees": ("dgemm", 1), "tells the roots of its subtrees": ("MPI_Allgatherv", 1),
+    "factors common supernodes": ("MPI_Allgatherv", 2), "orthogonalises": ("MPI_Reduce", 20), "writes": ("H5Dwrite", 3),
+    "begins MUMPS": ("dmumps -1", 1), "analyses for MUMPS": ("dmumps 1", 1), "factors by MUMPS": ("dmumps 2", 1),
+    "solves by MUMPS": ("dmumps 3", 20), "does nothing of the kind": ("nothing", 1)}
+
+
+def fail(problem, rank, purpose, room, *options):
+    """A solve on three processes, one of which is killed where it does something, or has no more memory than so many megabytes
+    from then on. Returns how it ended, and the names of what it has written."""
+    at, count = PURPOSES[purpose]
     place = problem.parent / "failed"
     place.mkdir(exist_ok=True)
     environment = dict(os.environ, LD_PRELOAD=FAIL_AT, FAIL_RANK=str(rank), FAIL_AT=at, FAIL_COUNT=str(count))
@@ -394,24 +406,23 @@ def check_killed(folder):
     together = [folder / "crank-memory.h5", "--modes", 10, "--distribute", 1]
     in_groups = [folder / "crank-memory.h5", "--band", "0,2000", "--groups", 3]
     by_mumps = [*together, "--inner", "mumps"]
-    phases = {"reads": (0, "H5Dread", 2, together), "reads its rows": (2, "H5Dread", 5, together),
-              "orders": (0, "METIS_NodeND", 1, together), "factors": (2, "dgemm", 1, together),
-              "iterates": (1, "MPI_Reduce", 20, together), "leads an iteration": (0, "MPI_Reduce", 20, together),
-              "analyses for MUMPS": (1, "dmumps 1", 1, by_mumps), "factors by MUMPS": (2, "dmumps 2", 1, by_mumps),
-              "iterates by MUMPS": (1, "dmumps 3", 20, by_mumps), "leads an iteration by MUMPS": (0, "dmumps 3", 20, by_mumps), "leads a group": (1, "METIS_NodeND", 1, in_groups),
-              "writes": (0, "H5Dwrite", 3, together)}
-    for phase, (rank, at, count, (problem, *options)) in phases.items():
-        done, written = fail(problem, rank, at, count, None, *options)
-        check(f"killed when it {phase}", done.returncode not in (0, 3) and f"rank {rank}" in done.stderr and
+    phases = [(0, "reads", together), (2, "reads its rows", together), (0, "orders", together),
+              (2, "factors its subtrees", together), (1, "factors common supernodes", together),
+              (0, "factors common supernodes", together), (1, "orthogonalises", together), (0, "orthogonalises", together),
+              (1, "analyses for MUMPS", by_mumps), (2, "factors by MUMPS", by_mumps), (1, "solves by MUMPS", by_mumps),
+              (0, "solves by MUMPS", by_mumps), (1, "orders", in_groups), (0, "writes", together)]
+    for rank, phase, (problem, *options) in phases:
+        done, written = fail(problem, rank, phase, None, *options)
+        check(f"process {rank} killed when it {phase}", done.returncode not in (0, 3) and f"rank {rank}" in done.stderr and
               "signal 9" in done.stderr and "result.h5" not in written, f"{done.returncode} {done.stderr} {written}")
-    done, written = fail(together[0], 9, "nothing", 1, None, *together[1:])
+    done, written = fail(together[0], 9, "does nothing of the kind", None, *together[1:])
     check("what a killed process left goes with the next run", done.returncode == 0 and written == ["result.h5"], written)
     (folder / "failed" / "result.h5").unlink()
 
 
 def check_told_while_it_orders(folder):
     """A SIGTERM that comes when METIS has taken those for itself, whose handler knows the way back in its own thread only: MPI has others."""
-    done, written = fail(folder / "crank-memory.h5", 0, "gk_sigtrap", 1, None, "--modes", 10, "--distribute", 1)
+    done, written = fail(folder / "crank-memory.h5", 0, "is told to end while it orders", None, "--modes", 10, "--distribute", 1)
     check("told to end while METIS orders", done.returncode == 3 and is_said(done, "interrupted") and written == ["result.h5"],
           f"{done.returncode} {done.stderr} {written}")
     (folder / "failed" / "result.h5").unlink(missing_ok=True)
@@ -419,13 +430,16 @@ def check_told_while_it_orders(folder):
 
 def check_memory_ends(folder):
     """Memory of one process that ends when a file is read, a matrix analysed, factored or solved with is that of all."""
-    for rank, at, count, inner in ((1, "H5Dread", 3, "auto"), (0, "H5Dread", 9, "auto"), (1, "dgemm", 1, "auto"),
-                                   (0, "MPI_Reduce", 20, "auto"), (1, "MPI_Reduce", 20, "auto"), (2, "MPI_Reduce", 20, "auto"),
-                                   (1, "dmumps -1", 1, "mumps"), (1, "dmumps 1", 1, "mumps"), (1, "dmumps 2", 1, "mumps"),
-                                   (0, "dmumps 3", 20, "mumps"), (1, "dmumps 3", 20, "mumps")):
+    for rank, phase, inner in ((1, "reads its third array", "auto"), (0, "reads its ninth array", "auto"),
+                               (1, "factors its subtrees", "auto"), (0, "tells the roots of its subtrees", "auto"),
+                               (1, "tells the roots of its subtrees", "auto"), (2, "tells the roots of its subtrees", "auto"),
+                               (0, "orthogonalises", "auto"), (1, "orthogonalises", "auto"), (2, "orthogonalises", "auto"),
+                               (1, "begins MUMPS", "mumps"), (1, "analyses for MUMPS", "mumps"), (1, "factors by MUMPS", "mumps"),
+                               (0, "solves by MUMPS", "mumps"), (1, "solves by MUMPS", "mumps")):
         for room in (1, 20):
-            done, written = fail(folder / "crank-memory.h5", rank, at, count, room, "--modes", 10, "--distribute", 1, "--inner", inner)
-            check(f"{room} MB left in process {rank} after {at}", done.returncode == 4 and is_said(done, "memory") and not written,
+            done, written = fail(folder / "crank-memory.h5", rank, phase, room, "--modes", 10, "--distribute", 1, "--inner", inner)
+            check(f"{room} MB left in process {rank} when it {phase}", done.returncode == 4 and is_said(done, "memory") and
+                  not written,
                   f"{done.returncode} {done.stderr} {written}")
 
 

@@ -1,22 +1,23 @@
-!> An LDL^T over several processes: each has the factors of some subtrees of the elimination tree, the first one those of the
-!> common supernodes too, to which the others send their updates. Procedures are collective.
+!> An LDL^T over several processes: each has the factors of some subtrees of the elimination tree, and some rows of those of the
+!> common supernodes above. Procedures are collective.
 module kschur_joint_factors
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_fronts, only: supernodal_factors_type
-   use kschur_joint_supernodes, only: joint_supernodes, joint_supernodes_type
+   use kschur_joint_supernodes, only: joint_supernodes_type
    use kschur_kinds, only: wp, long
    use kschur_memory, only: integer_bytes, real_bytes, require_memory
    use kschur_monitor, only: monitor_type
    use kschur_processes, only: processes_type, spread_error
+   use kschur_shared_fronts, only: common_tree_type
    use kschur_solution_rows, only: solution_rows_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_substitution, only: sides_at_once, substitute
    use kschur_subtrees, only: cut_subtrees, subtrees_type
    use kschur_supernodal, only: eliminate
    use kschur_symbolic, only: symbolic_type
-   use kschur_tree_shares, only: owners_of_supernodes, take_share, take_values
-   use mpi_f08, only: MPI_Allreduce, MPI_DOUBLE_PRECISION, MPI_INTEGER, MPI_INTEGER8, MPI_LOGICAL, MPI_MAX, MPI_Recv, MPI_Send, &
-      MPI_STATUS_IGNORE, MPI_SUM
+   use kschur_tree_shares, only: owners_of_supernodes, take_common, take_share, take_values
+   use mpi_f08, only: MPI_Allreduce, MPI_Bcast, MPI_DOUBLE_PRECISION, MPI_INTEGER, MPI_INTEGER8, MPI_LOGICAL, MPI_MAX, MPI_Recv, &
+      MPI_Send, MPI_STATUS_IGNORE, MPI_SUM
    implicit none
    private
    public :: joint_factors_type, pivot_counts_type
@@ -40,8 +41,8 @@ module kschur_joint_factors
       type(supernodal_factors_type) :: factors
       ! The lower triangle of the columns here, by columns; dropped when no more factors are wanted.
       type(csr_matrix_type) :: matrix
-      ! Of columns whose pivots are here, the rows of the matrix; D, if solutions are scaled.
-      integer, allocatable :: unknown(:)
+      ! The columns whose pivots are counted here, and their rows of the matrix; D of these, if solutions are scaled.
+      integer, allocatable :: column(:), unknown(:)
       real(wp), allocatable :: scaling(:)
       !> Numbers of rows and multipliers of the whole matrix.
       integer, public :: n = 0, multipliers = 0
@@ -76,44 +77,77 @@ contains
       type(symbolic_type), optional, intent(in) :: whole
       integer, optional, intent(in) :: multipliers
       integer, allocatable :: owner(:), place(:)
+      type(common_tree_type) :: common
       integer :: own, process, k
 
       self%processes => processes
+      own = 0
+      ! The matrix and the analysis of a process, and places.
+      if (present(matrix)) call require_memory(matrix%bytes() + integer_bytes*(2.0_wp*size(whole%row) + 10.0_wp*matrix%rows), &
+         "the LDL^T factors", error)
+      call spread_error(processes%communicator, error)
+      if (allocated(error)) return
       if (present(matrix)) then
          owner = owners_of_supernodes(whole, processes%number)
+         call take_common(whole, owner, common)
          self%n = matrix%rows
          self%multipliers = multipliers
          ! The share of this process is made last, so that only one is in memory at a time.
          do process = processes%number - 1, 0, -1
-            call take_share(whole, owner, process, self%symbolic, self%unknown, place, own)
-            associate (columns => merge(size(self%unknown), self%symbolic%first(own + 1) - 1, process == 0))
-               call take_values(matrix, whole, self%unknown, place, columns, self%matrix)
-            end associate
+            call take_share(whole, owner, process, common, processes%number, self%symbolic, self%unknown, self%column, place)
+            own = count(owner == process)
+            call take_values(matrix, whole, self%symbolic%first(own + 1) - 1, self%column, place, self%matrix)
             if (process > 0) call send_share(self, own, process, error)
          end do
       else
          call receive_share(self, own, error)
       end if
-      if (.not. allocated(error)) then
-         self%symbolic%order = [(k, k=1, size(self%unknown))]
-         self%symbolic%position = self%symbolic%order
-         call set_supernodes(self%symbolic)
-         if (processes%rank > 0) self%unknown = self%unknown(:self%symbolic%first(own + 1) - 1)
-         self%common = joint_supernodes(own + 1, self%n, processes)
-         self%subtrees = cut_subtrees(self%symbolic, own + 1)
-         call self%rows%begin(self%n - self%multipliers, self%multipliers, processes)
-         call self%whole%begin_whole(self%n, processes)
-         self%rows%is_fixed = .true.
-         self%whole%is_fixed = .true.
-         call require_memory(bytes_of_factors(self, own) + message_bytes, "the LDL^T factors", error)
-      end if
+      call spread_error(processes%communicator, error)
+      if (allocated(error)) return
+      call spread_common(self, common)
+      self%symbolic%order = [(k, k=1, self%matrix%columns)]
+      self%symbolic%position = self%symbolic%order
+      call set_supernodes(self%symbolic)
+      associate (columns => self%symbolic%first(own + 1) - 1)
+         call self%common%begin(own + 1, self%n, common, [(common_parent(self%symbolic, k, own), k=1, own)], &
+            self%symbolic%start(:own + 1), self%symbolic%row(:self%symbolic%start(own + 1) - 1) - columns, processes)
+      end associate
+      self%subtrees = cut_subtrees(self%symbolic, own + 1)
+      call self%rows%begin(self%n - self%multipliers, self%multipliers, processes)
+      call self%whole%begin_whole(self%n, processes)
+      self%rows%is_fixed = .true.
+      self%whole%is_fixed = .true.
+      call require_memory(bytes_of_factors(self) + message_bytes, "the LDL^T factors", error)
       call spread_error(processes%communicator, error)
    end subroutine share
 
-   ! Bytes of the factors here, and of the work arrays of one thread.
-   pure real(wp) function bytes_of_factors(self, own) result(bytes)
+   ! The common supernode that is the parent of supernode s, which is not; 0 if its parent is not either.
+   pure integer function common_parent(symbolic, s, own) result(parent)
+      type(symbolic_type), intent(in) :: symbolic
+      integer, intent(in) :: s, own
+
+      parent = max(symbolic%parent(s) - own, 0)
+   end function common_parent
+
+   ! Sends the common supernodes to all processes.
+   subroutine spread_common(self, common)
       type(joint_factors_type), intent(in) :: self
-      integer, intent(in) :: own
+      type(common_tree_type), intent(inout) :: common
+      integer :: sizes(2)
+
+      if (allocated(common%first)) sizes = [size(common%first), size(common%row)]
+      associate (communicator => self%processes%communicator)
+         call MPI_Bcast(sizes, 2, MPI_INTEGER, 0, communicator)
+         if (.not. allocated(common%first)) allocate (common%first(sizes(1)), common%start(sizes(1)), common%row(sizes(2)))
+         call MPI_Bcast(common%first, sizes(1), MPI_INTEGER, 0, communicator)
+         call MPI_Bcast(common%start, sizes(1), MPI_INTEGER8, 0, communicator)
+         call MPI_Bcast(common%row, sizes(2), MPI_INTEGER, 0, communicator)
+      end associate
+   end subroutine spread_common
+
+   ! Bytes of the factors here, and of the work arrays of one thread.
+   pure real(wp) function bytes_of_factors(self) result(bytes)
+      type(joint_factors_type), intent(in) :: self
       real(wp) :: columns, rows, most
       integer :: s
 
@@ -122,10 +156,11 @@ contains
       do s = 1, size(self%symbolic%first) - 1
          columns = self%symbolic%first(s + 1) - self%symbolic%first(s)
          rows = real(self%symbolic%start(s + 1) - self%symbolic%start(s), wp)
-         if (s <= own .or. self%processes%rank == 0) bytes = bytes + real_bytes*columns*((columns - 1)/2 + rows)
+         bytes = bytes + real_bytes*columns*((columns - 1)/2 + rows)
          most = max(most, columns*(columns + rows))
       end do
-      bytes = bytes + 3*real_bytes*most + self%symbolic%update_bytes() + 6*integer_bytes*size(self%symbolic%order)
+      bytes = bytes + 3*real_bytes*most + self%symbolic%update_bytes() + self%common%bytes() + &
+         6*integer_bytes*size(self%symbolic%order)
    end function bytes_of_factors
 
    subroutine set_supernodes(symbolic)
@@ -143,21 +178,23 @@ contains
       type(joint_factors_type), intent(in) :: self
       integer, intent(in) :: own, to
       type(error_type), allocatable, intent(inout) :: error
-      integer :: sizes(6)
+      integer(long) :: sizes(8)
       logical :: has_room
 
       associate (communicator => self%processes%communicator, symbolic => self%symbolic, matrix => self%matrix)
-         sizes = [self%n, self%multipliers, own, size(symbolic%first), size(self%unknown), size(matrix%column)]
-         call MPI_Send(sizes, size(sizes), MPI_INTEGER, to, 0, communicator)
-         call MPI_Send(symbolic%start, size(symbolic%start), MPI_INTEGER8, to, 0, communicator)
+         sizes = [integer(long) :: self%n, self%multipliers, own, size(symbolic%first), matrix%columns, size(matrix%column), &
+            size(self%unknown), size(symbolic%row)]
+         call MPI_Send(sizes, size(sizes), MPI_INTEGER8, to, 0, communicator)
          call MPI_Recv(has_room, 1, MPI_LOGICAL, to, 0, communicator, MPI_STATUS_IGNORE)
          if (.not. has_room) then
             if (.not. allocated(error)) call new_error(error, error_memory, "no memory for the LDL^T factors")
             return
          end if
+         call MPI_Send(symbolic%start, size(symbolic%start), MPI_INTEGER8, to, 0, communicator)
          call MPI_Send(symbolic%first, size(symbolic%first), MPI_INTEGER, to, 0, communicator)
          call MPI_Send(symbolic%row, size(symbolic%row), MPI_INTEGER, to, 0, communicator)
          call MPI_Send(self%unknown, size(self%unknown), MPI_INTEGER, to, 0, communicator)
+         call MPI_Send(self%column, size(self%column), MPI_INTEGER, to, 0, communicator)
          call MPI_Send(matrix%row_start, size(matrix%row_start), MPI_INTEGER, to, 0, communicator)
          call MPI_Send(matrix%column, size(matrix%column), MPI_INTEGER, to, 0, communicator)
          call MPI_Send(matrix%value, size(matrix%value), MPI_DOUBLE_PRECISION, to, 0, communicator)
@@ -168,26 +205,28 @@ contains
       type(joint_factors_type), intent(inout) :: self
       integer, intent(out) :: own
       type(error_type), allocatable, intent(inout) :: error
-      integer :: sizes(6), status
+      integer(long) :: sizes(8)
+      integer :: status
 
       associate (communicator => self%processes%communicator, symbolic => self%symbolic, matrix => self%matrix)
-         call MPI_Recv(sizes, size(sizes), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)
-         self%n = sizes(1)
-         self%multipliers = sizes(2)
-         own = sizes(3)
-         matrix%rows = sizes(5)
-         matrix%columns = sizes(5)
-         allocate (symbolic%start(sizes(4)))
-         call MPI_Recv(symbolic%start, sizes(4), MPI_INTEGER8, 0, 0, communicator, MPI_STATUS_IGNORE)
-         allocate (symbolic%first(sizes(4)), symbolic%row(symbolic%start(sizes(4)) - 1), self%unknown(sizes(5)), &
-            matrix%row_start(sizes(5) + 1), matrix%column(sizes(6)), matrix%value(sizes(6)), stat=status)
+         call MPI_Recv(sizes, size(sizes), MPI_INTEGER8, 0, 0, communicator, MPI_STATUS_IGNORE)
+         self%n = int(sizes(1))
+         self%multipliers = int(sizes(2))
+         own = int(sizes(3))
+         matrix%rows = int(sizes(5))
+         matrix%columns = int(sizes(5))
+         allocate (symbolic%start(sizes(4)), symbolic%first(sizes(4)), symbolic%row(sizes(8)), self%unknown(sizes(7)), &
+            self%column(sizes(7)), matrix%row_start(sizes(5) + 1), matrix%column(sizes(6)), matrix%value(sizes(6)), stat=status)
          if (status /= 0) call new_error(error, error_memory, "no memory for the LDL^T factors")
-         call require_memory(message_bytes, "the LDL^T factors", error)
+         ! What is made of it, and the common supernodes.
+         call require_memory(message_bytes + integer_bytes*(10.0_wp*sizes(5) + sizes(8)), "the LDL^T factors", error)
          call MPI_Send(.not. allocated(error), 1, MPI_LOGICAL, 0, 0, communicator)
          if (allocated(error)) return
+         call MPI_Recv(symbolic%start, size(symbolic%start), MPI_INTEGER8, 0, 0, communicator, MPI_STATUS_IGNORE)
          call MPI_Recv(symbolic%first, size(symbolic%first), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)
          call MPI_Recv(symbolic%row, size(symbolic%row), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)
          call MPI_Recv(self%unknown, size(self%unknown), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)
+         call MPI_Recv(self%column, size(self%column), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)
          call MPI_Recv(matrix%row_start, size(matrix%row_start), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)
          call MPI_Recv(matrix%column, size(matrix%column), MPI_INTEGER, 0, 0, communicator, MPI_STATUS_IGNORE)
          call MPI_Recv(matrix%value, size(matrix%value), MPI_DOUBLE_PRECISION, 0, 0, communicator, MPI_STATUS_IGNORE)
@@ -211,17 +250,18 @@ contains
       !> A pivot is zero if it is not larger than this fraction of its diagonal entry.
       real(wp), intent(in) :: bound
       type(pivot_counts_type), intent(out) :: counts
-      integer :: here(6), all(6), j, p
+      integer :: here(6), all(6), j, k, p
       integer(long) :: bytes
       real(wp) :: diagonal
 
       here = 0
-      do j = 1, size(self%unknown)
+      do k = 1, size(self%unknown)
+         j = self%column(k)
          diagonal = 0
          do p = self%matrix%row_start(j), self%matrix%row_start(j + 1) - 1
             if (self%matrix%column(p) == j) diagonal = abs(self%matrix%value(p))
          end do
-         associate (pivot => self%factors%pivot(j), is_multiplier => self%unknown(j) > self%n - self%multipliers)
+         associate (pivot => self%factors%pivot(j), is_multiplier => self%unknown(k) > self%n - self%multipliers)
             here = here + merge(1, 0, [pivot < 0, .not. pivot > 0, .not. abs(pivot) <= huge(pivot), &
                .not. abs(pivot) > bound*diagonal, pivot < 0 .and. .not. is_multiplier, pivot > 0 .and. is_multiplier])
          end associate
@@ -292,9 +332,10 @@ contains
       real(wp), intent(inout) :: sides(:, :)
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: y(:, :)
-      integer :: first, last, joint, here
+      integer :: first, last, joint, own, j, status
 
-      here = size(sides, 1)
+      ! Columns before the common ones, all of which are here.
+      own = self%symbolic%first(self%common%first) - 1
       last = 0
       do while (last < size(sides, 2))
          first = last + 1
@@ -303,16 +344,25 @@ contains
          if (allocated(y)) then
             if (size(y, 1) /= joint) deallocate (y)
          end if
-         if (.not. allocated(y)) allocate (y(joint, size(self%symbolic%order)))
+         status = 0
+         if (.not. allocated(y)) allocate (y(joint, size(self%symbolic%order)), stat=status)
+         if (self%common%any_of(status /= 0)) then
+            call new_error(error, error_memory, "no memory for the right-hand sides")
+            return
+         end if
          associate (columns => last - first + 1)
-            y(columns + 1:, :) = 0
-            y(:columns, here + 1:) = 0
-            y(:columns, :here) = transpose(sides(:, first:last))
-            if (allocated(self%scaling)) y(:columns, :here) = y(:columns, :here)*spread(self%scaling, 1, columns)
+            y(:, own + 1:) = 0
+            y(columns + 1:, :own) = 0
+            do j = 1, columns
+               y(j, self%column) = sides(:, first + j - 1)
+               if (allocated(self%scaling)) y(j, self%column) = y(j, self%column)*self%scaling
+            end do
             call substitute(self%symbolic, self%subtrees, self%factors, y, error, self%common)
             if (allocated(error)) return
-            sides(:, first:last) = transpose(y(:columns, :here))
-            if (allocated(self%scaling)) sides(:, first:last) = sides(:, first:last)*spread(self%scaling, 2, columns)
+            do j = 1, columns
+               sides(:, first + j - 1) = y(j, self%column)
+               if (allocated(self%scaling)) sides(:, first + j - 1) = sides(:, first + j - 1)*self%scaling
+            end do
          end associate
       end do
    end subroutine substitute_blocks
