@@ -62,10 +62,10 @@ module kschur_null_space
 
 contains
 
-   !> Finds the null space of a matrix on the motions that the constraints allow. Factors A itself if there are no constraints and it
-   !> is positive semidefinite, or unsymmetric and regular; otherwise A + E. Factors with another E if the growth of the vectors shows
-   !> that the sum is singular to rounding, and with MUMPS if the solver fails, as A may be nearer to singular than the problem is at
-   !> any shift.
+   !> Finds the null space of a matrix on the motions that the constraints allow. Factors A itself if there are no constraints and
+   !> it is positive semidefinite, or unsymmetric and regular; otherwise A + E. Factors with another E if the growth of the vectors
+   !> shows that the sum is singular to rounding, and with MUMPS if the solver fails, as A may be nearer to singular than the
+   !> problem is at any shift.
    subroutine find_null_space(space, problem, matrix, inner, purpose, effort, error)
       type(null_space_type), intent(out) :: space
       type(modal_problem_type), intent(in) :: problem
@@ -111,9 +111,9 @@ contains
       call move_alloc(basis, space%basis)
    end subroutine find_null_space
 
-   ! Factors A itself, without E, and finds its null vectors. Sets `exact` only if there are no constraints and, of a symmetric A, the
-   ! inertia shows no negative eigenvalue but those of null vectors, whose pivots are rounding; an unsymmetric one must have no null
-   ! vector, as pivoting leaves unknown what rounding puts in the place of the null pivots.
+   ! Factors A itself, without E, and finds its null vectors. Sets `exact` only if there are no constraints and, of a symmetric A,
+   ! the inertia shows no negative eigenvalue but those of null vectors, whose pivots are rounding; an unsymmetric one must have no
+   ! null vector, as pivoting leaves unknown what rounding puts in the place of the null pivots.
    subroutine factor_alone(space, problem, matrix, inner, purpose, effort, basis, error)
       type(null_space_type), intent(inout) :: space
       type(modal_problem_type), intent(in) :: problem
@@ -430,9 +430,9 @@ contains
       y = y*spread([self%scaling, self%constraint_scaling], 2, size(f, 2))
    end subroutine pseudo_solve
 
-   ! Corrects solutions of A x = f by the factors of A + E: reduces the effect of E by a factor of delta ||A^+||. Where E is delta at
-   ! null pivots alone, null vectors are amplified by far more than 1/delta: the rounding of the residual along them, which an exact
-   ! residual has not, would make the correction as inaccurate as a first solution. So it is subtracted.
+   ! Corrects solutions of A x = f by the factors of A + E: reduces the effect of E by a factor of delta ||A^+||. Where E is delta
+   ! at null pivots alone, null vectors are amplified by far more than 1/delta: the rounding of the residual along them, which an
+   ! exact residual has not, would make the correction as inaccurate as a first solution. So it is subtracted.
    subroutine correct(space, transposed, f, x, error, null_vectors)
       class(null_space_type), intent(inout) :: space
       logical, intent(in) :: transposed

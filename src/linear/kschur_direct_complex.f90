@@ -7,7 +7,7 @@ module kschur_direct_complex
    use kschur_ldl_complex, only: ldl_complex_type
    use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
    use kschur_mumps_complex, only: mumps_complex_type
-   use kschur_options, only: inner_auto, inner_ldl, inner_mumps
+   use kschur_options, only: inner_auto, inner_ldl
    use kschur_processes, only: are_several, processes_type
    use kschur_sparse, only: complex_csr_matrix_type, csr_matrix_type
    use kschur_tolerances, only: above_all_rounding

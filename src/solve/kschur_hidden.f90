@@ -54,9 +54,9 @@ contains
       modes%missing = -1
    end subroutine tell_hidden
 
-   ! |lambda| (1/s) below which a mode is indistinguishable from the rigid motions among the pairs: the inertia and damping of such a
-   ! motion, |lambda|^2 m + |lambda| r with m = phi^* M phi and r = |phi^* R phi|, are then below the rounding f of the strain energy
-   ! phi^* K phi.
+   ! |lambda| (1/s) below which a mode is indistinguishable from the rigid motions among the pairs: the inertia and damping of such
+   ! a motion, |lambda|^2 m + |lambda| r with m = phi^* M phi and r = |phi^* R phi|, are then below the rounding f of the strain
+   ! energy phi^* K phi.
    real(wp) function limit_of_rigid_motions(problem, pairs) result(limit)
       type(modal_problem_type), intent(in) :: problem
       class(eigenpairs_type), intent(in) :: pairs

@@ -31,8 +31,9 @@ module kschur_shift
    integer, parameter :: shift_attempts = 5
    ! Tolerance of the few steps that observe a scale.
    real(wp), parameter :: rough_tolerance = 0.1_wp
-   ! Largest ratio of wanted eigenvalues that the shift zero serves as well as a shift among them.
-   real(wp), parameter :: seen_from_zero = 30
+   ! Largest ratio of wanted eigenvalues that the shift zero serves as well as a shift among them: in symmetric problems, where
+   ! Rayleigh's functional makes those far from the shift accurate, and in others.
+   real(wp), parameter :: seen_from_zero = 30, seen_without_functional = 10
    ! Factors that move a shift, in turn, if it is an eigenvalue.
    real(wp), parameter :: moving_factors(3) = [1.0_wp, 1.1_wp, 1.3_wp]
    ! Distances of the shift to the right of a target, relative to it, in turn: a stable system has no eigenvalue there.
@@ -150,7 +151,7 @@ contains
       end if
       if (observed > 0) scale = observed
       s%scale = scale
-      placed = spread <= seen_from_zero
+      placed = spread <= merge(seen_from_zero, seen_without_functional, s%work%symmetric)
    end subroutine try_zero
 
    !> Factors at a shift, moved a little if it is an eigenvalue.
