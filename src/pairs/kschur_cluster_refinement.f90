@@ -8,7 +8,7 @@ module kschur_cluster_refinement
    use kschur_problem, only: modal_problem_type
    use kschur_projected, only: independent_eigenvectors, schur_form
    use kschur_sparse, only: csr_matrix_type
-   use kschur_tolerances, only: cancelled, dependent, equal_value, known_well, no_correct_digits, real_tolerance, &
+   use kschur_tolerances, only: cancelled, contraction, dependent, equal_value, known_well, no_correct_digits, real_tolerance, &
       rounding_of_sums, slow_refinement
    implicit none
    private
@@ -48,7 +48,7 @@ contains
       type(invariant_pair_type) :: pair
       type(eigenpairs_type) :: found
       complex(wp), allocatable :: dx(:, :), dxi(:, :), ds(:, :)
-      real(wp) :: correction, last, of_values, unit, moved
+      real(wp) :: correction, last, next, of_values, unit, moved
       integer :: step
       logical :: done
 
@@ -59,31 +59,36 @@ contains
       call make_orthonormal(unit, pair, done)
       if (.not. done) return
       last = huge(1.0_wp)
+      of_values = huge(1.0_wp)
+      next = 0
       do step = 1, steps
          call find_correction(problem, transposed, unit, pair, dx, dxi, ds, done)
-         ! Singular at once: it is one of several eigenvalues, and nothing speaks against it.
-         if (step == 1 .and. .not. done) return
+         ! Singular: it is one of several eigenvalues, and nothing speaks against it.
+         if (.not. done .and. step == 1) return
          if (.not. done) exit
-         of_values = maxval(abs(ds))/unit
-         correction = max(of_values, norm2(abs(dx)))
+         next = maxval(abs(ds))/unit
+         correction = max(next, norm2(abs(dx)))
          if (.not. correction <= slow_refinement*last) exit
          last = correction
+         of_values = next
          pair%x = pair%x + dx
          pair%xi = pair%xi + dxi
          pair%s = pair%s + ds
          call make_orthonormal(unit, pair, done)
-         if (.not. done) exit
+         if (.not. done) change = huge(1.0_wp)
+         if (.not. done) return
          if (last <= epsilon(1.0_wp)) exit
       end do
       change = huge(1.0_wp)
-      if (done) call split_pair(pair, found, done)
+      call split_pair(pair, found, done)
       if (.not. done) return
       moved = max(maxval([(minval(abs(pairs%lambda - found%lambda(step))), step=1, size(found%lambda))]), &
          maxval([(minval(abs(found%lambda - pairs%lambda(step))), step=1, size(pairs%lambda))]))
       if (moved > max_change) return
-      change = of_values
       ! Where copies are missing in the cluster shapes are not unique, and only the values converge.
-      refined = last <= known_well .or. (last <= no_correct_digits .and. of_values <= equal_value)
+      refined = last <= known_well .or. (last <= no_correct_digits .and. next <= equal_value)
+      ! Without that, values that converge to others were no eigenvalues.
+      if (refined .or. moved <= known_well*unit .or. unit*of_values > contraction*moved) change = of_values
       ! Two real eigenvalues do not become a pair, unless by rounding.
       if (size(found%lambda) < size(pairs%lambda)) call part_pairs(found)
       if (size(found%lambda) < size(pairs%lambda)) refined = .false.
