@@ -10,7 +10,7 @@ module kschur_mode_selection
    use kschur_sorting, only: ascending_order
    use kschur_split, only: match_conjugates
    use kschur_threads, only: panel_rows
-   use kschur_tolerances, only: equal_value, no_correct_digits, nearly_zero, real_tolerance, same_value, spurious
+   use kschur_tolerances, only: blurred_value, equal_value, no_correct_digits, nearly_zero, same_value, spurious
    implicit none
    private
    public :: accept_pairs, distances, drop_spurious, judge_pairs, keep_nearer_unlisted, largest_rate, mode_request_type, &
@@ -80,8 +80,10 @@ contains
       k = size(pairs%lambda) - request%rigid
       if (.not. allocated(pairs%paired)) allocate (pairs%paired(size(pairs%lambda)), source=.false.)
       if (allocated(problem%loss)) then
-         ! With H, eigenvalues below the real axis are no conjugates: they belong to the problem with -H.
-         call keep_pairs(pairs, aimag(pairs%lambda) >= -real_tolerance*abs(pairs%lambda))
+         ! With H, eigenvalues below the real axis are no conjugates: they belong to the problem with -H. Those next to it may have
+         ! been moved there, and stay until they are polished.
+         call keep_pairs(pairs, aimag(pairs%lambda) >= -blurred_value*abs(pairs%lambda))
+         pairs%paired = .false.
          k = size(pairs%lambda) - request%rigid
          allocate (mirrored(k), source=.false.)
          call normalize_first(pairs, k)
@@ -96,7 +98,6 @@ contains
       allocate (repeated, source=repeats_rigid_motion(problem, pairs, k, request%rigid, request%reference, request%zero_noise))
       allocate (accepted(size(pairs%lambda)), source=.true.)
       accepted(:k) = .not. (mirrored .or. repeated)
-      if (allocated(problem%loss)) accepted(:k) = accepted(:k) .and. aimag(pairs%lambda(:k)) >= 0
       call drop_infinite(problem, request, pairs%lambda, modes, accepted, inaccurate)
       call select_nearest(request, pairs%lambda, accepted, order)
       modes%unlisted = pack(pairs%lambda, inaccurate)
@@ -151,7 +152,7 @@ contains
       logical, intent(inout) :: accepted(:)
       !> Inaccurate pairs that were dropped as there are too many eigenvalues.
       logical, allocatable, intent(out) :: inaccurate(:)
-      logical :: infinite(size(lambda)), dropped
+      logical, dimension(size(lambda)) :: infinite, candidates
       real(wp) :: limit
 
       associate (errors => modes%backward_error)
@@ -162,47 +163,58 @@ contains
          allocate (inaccurate, source=accepted .and. errors > spurious .and. &
             eigenvalues_of(lambda, accepted) > request%max_eigenvalues)
          accepted = accepted .and. .not. inaccurate
-         call drop_excess(lambda, modes%uncertainty, request%max_eigenvalues, accepted, dropped)
-         modes%reached_infinite = dropped .or. any(infinite)
+         candidates = accepted
+         call drop_excess(lambda, modes%uncertainty, request%max_eigenvalues, accepted)
+         modes%infinite = pack(lambda, infinite .or. (candidates .and. .not. accepted))
       end associate
    end subroutine drop_infinite
 
-   !> Drops spurious modes, those with backward errors above `spurious`, and appends their eigenvalues to `unlisted`.
+   !> Drops spurious modes, those with backward errors above `spurious`, and appends their eigenvalues to `unlisted`; and
+   !> eigenvalues below the real axis, which with losses are no modes, and without do not occur.
    subroutine drop_spurious(modes)
       type(modes_type), intent(inout) :: modes
 
       associate (inaccurate => modes%backward_error > spurious)
          modes%unlisted = [modes%unlisted, pack(modes%lambda, inaccurate)]
-         call modes%drop(inaccurate)
+         call modes%drop(inaccurate .or. aimag(modes%lambda) < 0)
       end associate
    end subroutine drop_spurious
 
    !> Drops from `unlisted` what cannot belong in the list of modes: if that is full, eigenvalues further from the target than its
-   !> furthest mode.
+   !> furthest mode. Those taken as infinite are larger than they look, and only known to lie beyond their magnitude: appends those
+   !> that may lie nearer, as if the target is higher than what can be seen from the shift.
    subroutine keep_nearer_unlisted(request, modes)
       type(mode_request_type), intent(in) :: request
       type(modes_type), intent(inout) :: modes
+      real(wp) :: furthest
 
       if (size(modes%lambda) < request%modes) return
-      modes%unlisted = pack(modes%unlisted, distances(modes%unlisted, request%target) <= &
-         maxval(distances(modes%lambda, request%target)))
+      furthest = maxval(distances(modes%lambda, request%target))
+      modes%unlisted = [pack(modes%unlisted, distances(modes%unlisted, request%target) <= furthest), &
+         pack(modes%infinite, abs(modes%infinite) - abs(request%target) <= furthest)]
    end subroutine keep_nearer_unlisted
 
    ! Selects of the accepted pairs those nearest to the target: at most as many as are asked for, and, unless they are all finite
-   ! eigenvalues, only those in the radius that was searched, as others may be missing beyond it.
+   ! eigenvalues, only those in the radius that was searched, as others may be missing beyond it. Those below the real axis, which
+   ! may turn out to be no modes, are selected beside as many others.
    subroutine select_nearest(request, lambda, accepted, order)
       type(mode_request_type), intent(in) :: request
       complex(wp), intent(in) :: lambda(:)
       logical, intent(in) :: accepted(:)
       integer, allocatable, intent(out) :: order(:)
-      integer :: complete, j
+      integer :: complete, chosen, j
 
       allocate (order(count(accepted)), source=pack([(j, j=1, size(lambda))], accepted))
       order = order(nearest_first(lambda(order), request%target))
       complete = size(order)
       if (eigenvalues_of(lambda, accepted) < request%max_eigenvalues) complete = count(distances(lambda(order), request%target) <= &
          request%search_radius + max(nearly_zero*min(request%search_radius, abs(lambda(order))), equal_value*abs(lambda(order))))
-      order = order(:min(complete, request%modes))
+      chosen = 0
+      do j = 1, complete
+         if (aimag(lambda(order(j))) >= 0) chosen = chosen + 1
+         if (chosen == request%modes) exit
+      end do
+      order = order(:min(complete, j))
    end subroutine select_nearest
 
    ! Moves eigenpairs into modes.
@@ -219,15 +231,13 @@ contains
 
    ! Drops the eigenvalues in excess of a number, which are infinite ones that rounding made finite: first those without correct
    ! digits, then the largest.
-   pure subroutine drop_excess(lambda, uncertainty, max_eigenvalues, accepted, dropped)
+   pure subroutine drop_excess(lambda, uncertainty, max_eigenvalues, accepted)
       complex(wp), intent(in) :: lambda(:)
       real(wp), intent(in) :: uncertainty(:)
       integer, intent(in) :: max_eigenvalues
       logical, intent(inout) :: accepted(:)
-      logical, intent(out) :: dropped
       logical :: doubtful(size(lambda))
 
-      dropped = .false.
       do while (eigenvalues_of(lambda, accepted) > max_eigenvalues)
          doubtful = accepted .and. uncertainty > no_correct_digits*abs(lambda)
          if (any(doubtful)) then
@@ -235,7 +245,6 @@ contains
          else
             accepted(maxloc(abs(lambda), 1, accepted)) = .false.
          end if
-         dropped = .true.
       end do
    end subroutine drop_excess
 

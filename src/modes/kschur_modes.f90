@@ -32,8 +32,8 @@ module kschur_modes
       integer :: found = 0
       !> Eigenvalues of pairs that were too inaccurate to be listed; at the end of a search, of those that may belong in the list.
       complex(wp), allocatable :: unlisted(:)
-      !> Whether the iteration reached infinite eigenvalues, so that no finite one is left.
-      logical :: reached_infinite = .false.
+      !> Eigenvalues of pairs that were taken as infinite ones: no finite eigenvalue is left that the iteration could find.
+      complex(wp), allocatable :: infinite(:)
       !> The same as in `modal_result_type`.
       integer :: reason = reason_converged, certified = certified_unknown, missing = -1
       real(wp) :: locking_error = 0
@@ -101,8 +101,8 @@ contains
       integer, intent(in) :: unknowns, constraints
       type(modes_type) :: modes
 
-      allocate (modes%unlisted(0), modes%lambda(0), modes%phi(unknowns, 0), modes%xi(constraints, 0), modes%backward_error(0), &
-         modes%error_bound(0), modes%uncertainty(0), modes%motion(0))
+      allocate (modes%lambda(0), modes%phi(unknowns, 0), modes%xi(constraints, 0), modes%motion(0))
+      allocate (modes%backward_error(0), modes%error_bound(0), modes%uncertainty(0), modes%unlisted(0), modes%infinite(0))
       allocate (modes%history%converged(0), modes%history%operator_applications(0), modes%history%residual(0))
    end function no_modes
 

@@ -204,7 +204,8 @@ contains
    end subroutine move_to_axis
 
    ! Moves the eigenvalue of pair j to the real axis if it is near, and if the real part of the shape, rotated to be as real as
-   ! possible, has a residual there that is no larger than rounding allows.
+   ! possible, has a residual there that is no larger than rounding allows. With losses only rounding is removed: nothing pairs
+   ! eigenvalues near the axis.
    subroutine move_to_real_axis(problem, pairs, j, products, l, factor)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(inout) :: pairs
@@ -221,7 +222,8 @@ contains
 
       factor = 0
       associate (lambda => pairs%lambda(j))
-         if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > blurred_value*abs(lambda)) return
+         if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > &
+            merge(real_tolerance, blurred_value, allocated(problem%loss))*abs(lambda)) return
          rotation = real_phase(cmplx(products%square(l), kind=wp))
          rotated = products%real_part(l, rotation)
          if (.not. rotated%length(1) > 0) return
@@ -234,7 +236,8 @@ contains
             terms = forms(2)**2 + 4*abs(forms(1)*forms(3))
             if (.not. (forms(2)**2 - 4*forms(1)*forms(3) >= -rounding_of_row*terms)) return
             limit = allowed_residual(sqrt(limit))
-         else if (.not. is_paired(pairs, j) .and. abs(aimag(lambda)) <= real_tolerance*abs(lambda)) then
+         else if (.not. (is_paired(pairs, j) .or. allocated(problem%loss)) .and. &
+            abs(aimag(lambda)) <= real_tolerance*abs(lambda)) then
             limit = max(real_tolerance, allowed_residual(limit))
          else if (is_paired(pairs, j)) then
             ! A pair counts as two eigenvalues either way: an inaccurate one is left for polishing to decide.

@@ -13,9 +13,10 @@ module kschur_split
       complex(wp) :: centre = (0.0_wp, 0.0_wp)
       !> The largest distance of a member from the centre (1/s), without and with its disc.
       real(wp) :: spread = 0, radius = 0
-      !> The distance of the nearest other eigenvalue of the list from the centre (1/s), conjugates included.
+      !> The distance of the nearest other eigenvalue of the list from the centre (1/s), conjugates included if they are any.
       real(wp) :: gap = huge(1.0_wp)
       !> Whether the disc of a member meets the real axis: conjugates belong to the cluster then, and its space has a real basis.
+      !> Not with losses.
       logical :: on_axis = .false.
    contains
       !> Whether an eigenvalue lies within the radius of the cluster.
@@ -28,13 +29,15 @@ contains
 
    !> Splits a list of eigenvalues into clusters: the connected components of the relation that an eigenvalue lies in the disc of
    !> another one.
-   pure subroutine split(lambda, discs, clusters, max_members)
+   pure subroutine split(lambda, discs, clusters, max_members, lossy)
       complex(wp), intent(in) :: lambda(:)
       !> Radius of each disc (1/s).
       real(wp), intent(in) :: discs(:)
       type(cluster_type), allocatable, intent(out) :: clusters(:)
       !> Largest number of members of a cluster, as it is solved as one dense problem. Absent: 100.
       integer, optional, intent(in) :: max_members
+      !> Whether the problem has losses: conjugates are no eigenvalues then. Absent: not.
+      logical, optional, intent(in) :: lossy
       integer :: label(size(lambda)), members(size(lambda)), labels, reached, inside, limit, i, j
 
       limit = 100
@@ -63,23 +66,27 @@ contains
       end do
       allocate (clusters(labels))
       do j = 1, labels
-         clusters(j) = new_cluster(lambda, discs, pack([(i, i=1, size(lambda))], label == j))
+         clusters(j) = new_cluster(lambda, discs, pack([(i, i=1, size(lambda))], label == j), lossy)
       end do
    end subroutine split
 
    !> Makes the cluster of given members of a list.
-   pure function new_cluster(lambda, discs, members) result(cluster)
+   pure function new_cluster(lambda, discs, members, lossy) result(cluster)
       complex(wp), intent(in) :: lambda(:)
       !> Radius of each disc (1/s).
       real(wp), intent(in) :: discs(:)
       !> Positions in the list.
       integer, intent(in) :: members(:)
+      !> As for `split`.
+      logical, optional, intent(in) :: lossy
       type(cluster_type) :: cluster
-      logical :: others(size(lambda))
+      logical :: others(size(lambda)), has_conjugates
 
+      has_conjugates = .true.
+      if (present(lossy)) has_conjugates = .not. lossy
       allocate (cluster%members, source=members)
       associate (values => lambda(members))
-         cluster%on_axis = any(abs(aimag(values)) <= discs(members))
+         cluster%on_axis = has_conjugates .and. any(abs(aimag(values)) <= discs(members))
          cluster%centre = sum(values)/size(members)
          if (cluster%on_axis) cluster%centre = real(cluster%centre, wp)
          cluster%spread = maxval(abs(values - cluster%centre))
@@ -88,8 +95,9 @@ contains
       others = .true.
       others(members) = .false.
       associate (centre => cluster%centre)
-         cluster%gap = min(minval(abs(lambda - centre), others), minval(abs(conjg(lambda) - centre), others))
-         if (.not. cluster%on_axis) cluster%gap = min(cluster%gap, 2*abs(aimag(centre)))
+         cluster%gap = minval(abs(lambda - centre), others)
+         if (has_conjugates) cluster%gap = min(cluster%gap, minval(abs(conjg(lambda) - centre), others))
+         if (has_conjugates .and. .not. cluster%on_axis) cluster%gap = min(cluster%gap, 2*abs(aimag(centre)))
       end associate
    end function new_cluster
 

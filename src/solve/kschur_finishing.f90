@@ -39,7 +39,7 @@ contains
 
    !> Polishes each cluster in which a mode is inaccurate, in doubt, or linearly dependent on the others. Its members are replaced
    !> by the eigenpairs that an iteration finds there with factors beside the cluster. A doubtful member that is not found again is
-   !> dropped as no eigenvalue. If all eigenvalues were computed densely, their number must stay the same.
+   !> dropped as no eigenvalue, unless the number of eigenvalues was certified.
    subroutine finish_modes(s, modes, error)
       type(solve_context_type), intent(inout) :: s
       !> Of the iterated problem, in balanced units: in the units as given, a few large entries may hide errors.
@@ -49,81 +49,35 @@ contains
       type(polisher_type) :: polisher
       type(cluster_type), allocatable :: clusters(:)
       type(eigenpairs_type) :: found
+      type(modes_type) :: new_modes
       logical, dimension(size(modes%lambda)) :: replaced, not_found
-      complex(wp), allocatable :: lost(:)
-      logical :: done
       integer :: i
 
       call judge(s, modes, judgement, error)
       if (allocated(error)) return
-      allocate (lost(0))
-      replaced = .false.
-      not_found = .false.
-      call find_suspects(modes, judgement, clusters)
+      call find_suspects(modes, judgement, s%is_lossy(), clusters)
       if (size(clusters) == 0) return
       call polisher%begin(constraint_factors(s%work, s%options%constraint_scaling, s%shift), good_enough_of(s), s%inner%complex)
+      replaced = .false.
+      not_found = .false.
+      found = chosen_pairs(modes, replaced)
+      allocate (found%paired(0))
       do i = 1, size(clusters)
          if (s%is_stopped()) exit
-         call polish_cluster(s, modes, clusters(i), judgement, polisher, found, replaced, not_found, lost, error)
+         call polish_cluster(s, modes, clusters(i), judgement, polisher, found, replaced, not_found, error)
          if (allocated(error)) return
       end do
       call s%effort%add_solves(polisher%solver)
-      if (.not. any(replaced .or. not_found)) return
-      not_found = not_found .and. .not. replaced
-      if (s%dense .and. s%transform%certificate%verdict == certified_yes) then
-         call replace_keeping_number(s, replaced, not_found, found, modes, done)
-         if (done) return
-      end if
+      if (s%dense .and. s%transform%certificate%verdict == certified_yes) not_found = .false.
       ! These are infinite eigenvalues moved by rounding, or modes.
-      modes%unlisted = [modes%unlisted, lost, pack(modes%lambda, not_found)]
-      call replace_modes(s, replaced .or. not_found, found, modes)
-   end subroutine finish_modes
-
-   ! Replaces modes of a complete set without changing the number of eigenvalues: without the members that were not found again, or
-   ! with them, or leaves the set as it was. Takes the first of these with the same number and no inaccurate mode; `done` is false
-   ! if there is none.
-   subroutine replace_keeping_number(s, replaced, not_found, found, modes, done)
-      type(solve_context_type), intent(in) :: s
-      logical, intent(in) :: replaced(:), not_found(:)
-      type(eigenpairs_type), intent(in) :: found
-      type(modes_type), intent(inout) :: modes
-      logical, intent(out) :: done
-      type(modes_type) :: candidate
-      integer :: attempt
-
-      do attempt = 1, 3
-         candidate = modes
-         select case (attempt)
-         case (1)
-            call replace_modes(s, replaced .or. not_found, found, candidate)
-         case (2)
-            call replace_modes(s, replaced, found, candidate)
-         end select
-         done = candidate%found == modes%found .and. all(candidate%backward_error <= inaccurate_above)
-         if (.not. done) cycle
-         modes = candidate
-         return
-      end do
-   end subroutine replace_keeping_number
-
-   ! Drops modes and appends the polished pairs.
-   subroutine replace_modes(s, dropped, found, modes)
-      type(solve_context_type), intent(in) :: s
-      logical, intent(in) :: dropped(:)
-      !> Not allocated: nothing.
-      type(eigenpairs_type), intent(in) :: found
-      type(modes_type), intent(inout) :: modes
-      type(eigenpairs_type) :: added
-      type(modes_type) :: new_modes
-
-      call modes%drop(dropped)
-      if (.not. allocated(found%lambda)) return
+      modes%unlisted = [modes%unlisted, pack(modes%lambda, not_found)]
+      call modes%drop(replaced .or. not_found)
       ! The polished pairs of a wide cluster may include neighbours that stay in the list.
-      added = found
-      call drop_dependent(added, modes)
-      call judge_pairs(s%work, mode_request_type(target=s%options%target, reference=s%reference()), added, new_modes)
+      call drop_dependent(found, modes)
+      if (size(found%lambda) == 0) return
+      call judge_pairs(s%work, mode_request_type(target=s%options%target, reference=s%reference()), found, new_modes)
       call modes%append(new_modes)
-   end subroutine replace_modes
+   end subroutine finish_modes
 
    ! Removes pairs whose states are linearly dependent on those of known pairs with nearly the same eigenvalue.
    subroutine drop_dependent(pairs, known)
@@ -200,9 +154,11 @@ contains
    end function good_enough_of
 
    ! Splits the modes into clusters, and returns those to be polished, as wide as the errors of their members may be.
-   subroutine find_suspects(modes, judgement, suspects)
+   subroutine find_suspects(modes, judgement, lossy, suspects)
       type(modes_type), intent(in) :: modes
       type(judgement_type), intent(in) :: judgement
+      !> Whether the problem has losses.
+      logical, intent(in) :: lossy
       type(cluster_type), allocatable, intent(out) :: suspects(:)
       type(cluster_type), allocatable :: clusters(:)
       real(wp), allocatable :: discs(:)
@@ -211,7 +167,7 @@ contains
 
       allocate (discs, source=same_value*abs(modes%lambda))
       where (judgement%poor) discs = max(discs, min(judgement%uncertainty, no_correct_digits*abs(modes%lambda)))
-      call split(modes%lambda, discs, clusters)
+      call split(modes%lambda, discs, clusters, lossy=lossy)
       allocate (suspect, source=[(is_suspect(clusters(i)), i=1, size(clusters))])
       allocate (suspects(count(suspect)))
       j = 0
@@ -241,18 +197,16 @@ contains
 
    ! Factors the problem beside one cluster, polishes it, and accepts the pairs found there or leaves the members as they were.
    ! A singular matrix, no convergence or a cancellation leaves them, too.
-   subroutine polish_cluster(s, modes, cluster, judgement, polisher, found, replaced, not_found, lost, error)
+   subroutine polish_cluster(s, modes, cluster, judgement, polisher, found, replaced, not_found, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(in) :: modes
       type(cluster_type), intent(in) :: cluster
       type(judgement_type), intent(in) :: judgement
       type(polisher_type), intent(inout) :: polisher
-      !> Pairs of the iterated problem, to which those that replace the members are appended. Not allocated: none yet.
+      !> Pairs of the iterated problem, to which those that replace the members are appended.
       type(eigenpairs_type), intent(inout) :: found
       !> Modes that are replaced, and modes that were not found again.
       logical, intent(inout) :: replaced(:), not_found(:)
-      !> Eigenvalues that clusters should have but have not: those of this cluster are appended.
-      complex(wp), allocatable, intent(inout) :: lost(:)
       type(error_type), allocatable, intent(out) :: error
       ! Random vectors beside one or several members, for copies not yet found.
       integer, parameter :: guards(2) = [2, 4]
@@ -282,15 +236,10 @@ contains
       end if
       if (is_accepted()) then
          replaced(cluster%members) = .true.
-         lost = [lost, spread(cluster%centre, 1, max(0, least_number() - polished%eigenvalues))]
          if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
-         if (allocated(found%lambda)) then
-            ! Two clusters of inaccurate eigenvalues may be the same: both find the same pairs then.
-            call drop_dependent(polished%pairs, found)
-            call append_pairs(found, polished%pairs)
-         else
-            found = polished%pairs
-         end if
+         ! Two clusters of inaccurate eigenvalues may be the same: both find the same pairs then.
+         call drop_dependent(polished%pairs, found)
+         call append_pairs(found, polished%pairs)
       else if (polished%eigenvalues == 0) then
          not_found(cluster%members) = judgement%doubtful(cluster%members) .or. judgement%errors(cluster%members) > inaccurate_above
       end if
@@ -306,14 +255,15 @@ contains
          if (cluster%on_axis) number = number + count(certain .and. abs(aimag(modes%lambda(cluster%members))) > 0)
       end function least_number
 
-      ! Whether the polished pairs replace the members: all Ritz values in the cluster are accurate, or the pairs are as many as the
-      ! members and accurate enough or more accurate.
+      ! Whether the polished pairs replace the members: they are as many as the members that are certain, and all Ritz values in
+      ! the cluster are accurate; or they are as many as the members, and accurate enough or more accurate.
       logical function is_accepted()
          integer :: number_before
 
          number_before = size(members%lambda)
          if (cluster%on_axis) number_before = number_before + count(abs(aimag(members%lambda)) > 0)
-         is_accepted = polished%complete .or. (polished%eigenvalues >= number_before .and. &
+         is_accepted = (polished%complete .and. polished%eigenvalues >= least_number()) .or. &
+            (polished%eigenvalues >= number_before .and. &
             (polished%worst() <= polisher%tolerance .or. polished%worst() < maxval(judgement%errors(cluster%members))))
       end function is_accepted
    end subroutine polish_cluster

@@ -72,7 +72,7 @@ contains
       if (.not. any(chosen)) return
       complete = s%dense .and. s%transform%certificate%verdict == certified_yes
       transposed = transpose_csr(s%work%constraints)
-      call split(modes%lambda, discs, clusters)
+      call split(modes%lambda, discs, clusters, lossy=s%is_lossy())
       allocate (refined(size(clusters)))
       do i = 1, size(clusters)
          associate (members => clusters(i)%members)
@@ -107,7 +107,6 @@ contains
             all(abs(modes%lambda(members)) > 0 .and. .not. are_known(s, modes%lambda(members)))
          ! Real shapes of copies would become complex ones.
          if (size(members) > 1 .and. modes%is_real()) may_refine = .false.
-         if (cluster%on_axis .and. allocated(s%work%loss)) may_refine = .false.
       end associate
    end function may_refine
 

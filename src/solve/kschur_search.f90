@@ -64,7 +64,10 @@ contains
       call modes%take(order(:min(size(order), s%options%modes)))
       call drop_spurious(modes)
       if (s%is_stopped()) modes%reason = reason_cancelled
-      if (all_known(s, modes)) modes%unlisted = [complex(wp) ::]
+      if (all_known(s, modes)) then
+         modes%unlisted = [complex(wp) ::]
+         modes%infinite = [complex(wp) ::]
+      end if
       call keep_nearer_unlisted(mode_request_type(s%options%modes, s%options%target), modes)
       call set_reason(s, complete, modes)
       call certify_by_count(s, modes)
@@ -171,7 +174,7 @@ contains
          wanted = min(wanted + max(missing, wanted/4), s%known%total%number)
       end do
       all_asked = wanted == s%known%total%number
-      complete = statistics%reason == reason_fewer_modes .or. modes%reached_infinite .or. all_asked
+      complete = statistics%reason == reason_fewer_modes .or. size(modes%infinite) > 0 .or. all_asked
       modes%reason = statistics%reason
       modes%locking_error = statistics%locking_error
       modes%history = statistics%history
@@ -340,6 +343,9 @@ contains
       associate (total => s%known%total)
          all_found = complete .and. size(modes%unlisted) == 0
          if (total%exact) all_found = modes%found == total%number
+         ! With losses the modes are not counted: if no eigenvalue is infinite, those taken as such are finite.
+         if (s%is_lossy() .and. total%number >= 2*(s%work%unknowns() - s%work%multipliers())) &
+            all_found = all_found .and. size(modes%infinite) == 0
          if (any(modes%reason == [reason_max_restarts, reason_cancelled]) .and. .not. (total%exact .and. all_found)) then
             ! The converged modes need not be the nearest ones.
             return
