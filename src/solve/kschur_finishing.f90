@@ -54,7 +54,8 @@ contains
       logical :: done
       integer :: i
 
-      call judge(s, modes, judgement, error)
+      call s%hold(whole_iterated, error)
+      if (.not. allocated(error)) call judge(s, modes, judgement, error)
       if (allocated(error)) return
       allocate (lost(0))
       replaced = .false.
