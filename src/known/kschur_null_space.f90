@@ -167,7 +167,15 @@ contains
       call set_scalings(space, a, constraints)
       call a%scale_entries(space%scaling, space%scaling)
       call constraints%scale_entries(spread(1.0_wp, 1, problem%multipliers()), space%scaling)
-      space%matrix = bordered(a, constraints, space%constraint_scaling)
+      if (constraints%rows > 0) then
+         space%matrix = bordered(a, constraints, space%constraint_scaling)
+      else
+         space%matrix%rows = a%rows
+         space%matrix%columns = a%columns
+         call move_alloc(a%row_start, space%matrix%row_start)
+         call move_alloc(a%column, space%matrix%column)
+         call move_alloc(a%value, space%matrix%value)
+      end if
    end subroutine scale_matrix
 
    ! Factors the scaled matrix plus E.

@@ -224,11 +224,8 @@ contains
 
       values = 0
       do i = 1, size(values)
-         do k = self%row_start(i), self%row_start(i + 1) - 1
-            if (self%column(k) < i) cycle
-            if (self%column(k) == i) values(i) = self%value(k)
-            exit
-         end do
+         k = self%place_of(i, i)
+         if (k > 0) values(i) = self%value(k)
       end do
    end function diagonal
 

@@ -6,7 +6,7 @@ module kschur_notes
    use kschur_lapack, only: dgesvd
    use kschur_left, only: condition_number, is_nearly_defective
    use kschur_options, only: formulation_low_rank, method_arpack
-   use kschur_penalties, only: damping_penalties, stiffness_penalties
+   use kschur_penalties, only: damping_penalties, row_sizes, row_sizes_type, stiffness_penalties
    use kschur_problem, only: modal_problem_type, damping_proportional
    use kschur_redundancy, only: dependence_type
    use kschur_result, only: modal_result_type, append_note, certified_unknown, kind_rigid, inaccurate_above, note_length, &
@@ -42,9 +42,12 @@ contains
    subroutine note_penalties(problem, notes)
       type(modal_problem_type), intent(in) :: problem
       character(len=note_length), allocatable, intent(inout) :: notes(:)
+      type(row_sizes_type) :: mass, stiffness
 
-      call note(count(damping_penalties(problem%damping, problem%stiffness, problem%mass)), "damping matrix R")
-      call note(count(stiffness_penalties(problem%stiffness, problem%mass)), "stiffness matrix K")
+      mass = row_sizes(problem%mass)
+      stiffness = row_sizes(problem%stiffness)
+      call note(count(damping_penalties(row_sizes(problem%damping), stiffness, mass)), "damping matrix R")
+      call note(count(stiffness_penalties(stiffness, mass)), "stiffness matrix K")
 
    contains
 

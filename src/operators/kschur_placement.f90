@@ -19,6 +19,8 @@ module kschur_placement
       real(wp), allocatable :: factors(:)
       !> Upper bound of the dimension of the null space of the constraints.
       integer :: motions = huge(1)
+      !> Whether the solver has factored the matrix already.
+      logical :: factored = .false.
       !> Whether vectors of a pencil include multipliers, and are not purified.
       logical :: raw = .false.
       !> Distributed matrices of the problem; not associated: not distributed.

@@ -82,8 +82,7 @@ contains
       if (size(placement%factors) > 0) transform%operator%weight_of_violations = sqrt(problem%mass%infinity_norm())/ &
          max(problem%constraints%infinity_norm(), tiny(1.0_wp))
       call transform%operator%constraints%take(problem%constraints)
-      transform%by_rows = associated(placement%matrices)
-      if (transform%by_rows) then
+      if (associated(placement%matrices)) then
          transform%operator%mass = placement%matrices%mass
          transform%stiffness = placement%matrices%stiffness
       else
@@ -91,9 +90,11 @@ contains
          call transform%stiffness%take(problem%stiffness)
       end if
       call move_alloc(solver, transform%operator%solver)
-      call symmetric_saddle(problem, placement%factors, real(transform%shift, wp), matrix, structure, error)
-      if (allocated(error)) return
-      call transform%operator%solver%factorize(matrix, structure, error)
+      if (.not. placement%factored) &
+         call symmetric_saddle(problem, placement%factors, real(transform%shift, wp), matrix, structure, error)
+      if (.not. allocated(error)) call transform%operator%solver%factorize(matrix, structure, error)
+      if (.not. allocated(error) .and. placement%factored .and. transform%operator%solver%null_pivots > 0) &
+         call symmetric_saddle(problem, placement%factors, real(transform%shift, wp), matrix, structure, error)
       if (allocated(error)) return
       call check_regular(transform, matrix, error)
       if (allocated(error) .or. .not. present(counting_solver)) return
@@ -107,6 +108,7 @@ contains
    ! from redundant constraints), or an eigenvalue of C is so large that rounding errors along its vector would swamp all others.
    subroutine check_regular(self, matrix, error)
       type(symmetric_transform_type), intent(inout) :: self
+      !> The factored matrix; significant if it has null pivots.
       type(csr_matrix_type), intent(in) :: matrix
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: x(:, :), y(:, :), rhs(:, :), f(:, :)
@@ -116,7 +118,7 @@ contains
 
       n = self%operator%order()
       allocate (x(n, 1), y(n, 1))
-      allocate (rhs(matrix%rows, 1), source=0.0_wp)
+      allocate (rhs(n + self%operator%problem%multipliers(), 1), source=0.0_wp)
       state = 1
       call random_vector(state, x(:, 1))
       y = x
@@ -129,9 +131,11 @@ contains
       allocate (f, source=rhs)
       call self%operator%solver%solve(rhs, error)
       if (allocated(error)) return
-      call matrix%add_product(-1.0_wp, rhs, f)
-      singular = self%operator%solver%null_pivots > 0 .and. &
-         .not. maxval(abs(f(:n, :))) <= known_well*maxval(abs(y))
+      singular = self%operator%solver%null_pivots > 0
+      if (singular) then
+         call matrix%add_product(-1.0_wp, rhs, f)
+         singular = .not. maxval(abs(f(:n, :))) <= known_well*maxval(abs(y))
+      end if
       x = rhs(:n, :)
       call self%operator%deflation%project(x)
       ! A zero pivot may give NaN.

@@ -28,8 +28,6 @@ module kschur_transform
       type(certificate_type) :: certificate
       !> Whether the factors belong to another transform.
       logical :: borrows = .false.
-      !> Whether `iterate` only uses the distributed matrices of `placement_type`, so that the whole ones can be freed.
-      logical :: by_rows = .false.
    contains
       !> Computes the wanted Ritz pairs.
       procedure(iterate_interface), deferred :: iterate

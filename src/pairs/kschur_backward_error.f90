@@ -3,7 +3,7 @@ module kschur_backward_error
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp, xp
-   use kschur_penalties, only: damping_penalties, norm_without, stiffness_penalties
+   use kschur_penalties, only: damping_penalties, norm_without, row_sizes, row_sizes_type, stiffness_penalties
    use kschur_problem, only: modal_problem_type
    use kschur_products, only: multiply_pairs, pairs_at_once, products_type
    use kschur_sparse, only: csr_matrix_type, transpose_csr
@@ -142,12 +142,16 @@ contains
    pure function norms_of(problem) result(norms)
       type(modal_problem_type), intent(in) :: problem
       real(wp) :: norms(4)
+      type(row_sizes_type) :: mass, damping, stiffness
+      logical, allocatable :: penalties(:)
 
-      associate (mass => problem%mass, damping => problem%damping, stiffness => problem%stiffness)
-         norms = [mass%infinity_norm(), norm_without(damping, damping_penalties(damping, stiffness, mass)), &
-            norm_without(stiffness, stiffness_penalties(stiffness, mass)), problem%constraints%infinity_norm()]
-         if (allocated(problem%loss)) norms(3) = norms(3) + norm_without(problem%loss, stiffness_penalties(stiffness, mass))
-      end associate
+      mass = row_sizes(problem%mass)
+      damping = row_sizes(problem%damping)
+      stiffness = row_sizes(problem%stiffness)
+      allocate (penalties, source=stiffness_penalties(stiffness, mass))
+      norms = [maxval([0.0_wp, mass%total]), norm_without(damping, damping_penalties(damping, stiffness, mass)), &
+         norm_without(stiffness, penalties), problem%constraints%infinity_norm()]
+      if (allocated(problem%loss)) norms(3) = norms(3) + norm_without(row_sizes(problem%loss), penalties)
    end function norms_of
 
    !> |lambda|^2 ||M|| + |lambda| ||R|| + ||K||, the denominator of normwise backward errors.

@@ -48,13 +48,11 @@ contains
       self%away = .true.
    end subroutine put_away
 
-   subroutine bring_back(self, error, were_away)
+   subroutine bring_back(self, error)
       class(row_problem_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error
-      logical, intent(out), optional :: were_away
       type(error_type), allocatable :: failure
 
-      if (present(were_away)) were_away = self%away
       if (.not. self%away) return
       call self%mass%bring_back(failure)
       if (.not. allocated(failure)) call self%damping%bring_back(failure)

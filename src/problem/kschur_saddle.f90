@@ -23,7 +23,8 @@ contains
       type(matrix_structure_type), intent(out) :: structure
       type(error_type), allocatable, intent(out) :: error
 
-      matrix = bordered(linear_combination(1.0_wp, problem%stiffness, -s, problem%mass), problem%constraints, factors)
+      matrix = linear_combination(1.0_wp, problem%stiffness, -s, problem%mass)
+      if (problem%multipliers() > 0) matrix = bordered(matrix, problem%constraints, factors)
       structure = saddle_structure(problem)
       structure%symmetric = .true.
    end subroutine symmetric_saddle
@@ -52,9 +53,11 @@ contains
       type(csr_matrix_type) :: pattern
       integer, allocatable :: position(:)
 
-      pattern = linear_combination([1.0_wp, 1.0_wp, 1.0_wp], [problem%stiffness, problem%mass, problem%damping])
+      pattern = linear_combination(1.0_wp, problem%stiffness, 1.0_wp, problem%mass)
+      pattern = linear_combination(1.0_wp, pattern, 1.0_wp, problem%damping)
       if (allocated(problem%loss)) pattern = linear_combination(1.0_wp, pattern, 1.0_wp, problem%loss)
-      pattern = bordered(pattern, problem%constraints, spread(1.0_wp, 1, problem%multipliers()))
+      if (problem%multipliers() > 0) &
+         pattern = bordered(pattern, problem%constraints, spread(1.0_wp, 1, problem%multipliers()))
       call elimination_order(pattern%row_start, pattern%column, saddle_structure(problem), position, error)
       if (.not. allocated(error)) call move_alloc(position, problem%position)
    end subroutine order_elimination

@@ -350,13 +350,11 @@ contains
       type(csr_matrix_type) :: matrix
       type(matrix_structure_type) :: structure
       type(error_type), allocatable :: error
-      logical :: away
 
       negative = -1
-      away = .false.
-      if (associated(self%matrices)) call self%matrices%bring_back(error, away)
+      if (associated(self%matrices)) call self%matrices%bring_back(error)
       if (.not. allocated(error)) call counting_matrix(self%problem, theta, least, matrix, structure, error)
-      if (away) call self%matrices%put_away()
+      if (associated(self%matrices)) call self%matrices%put_away()
       if (allocated(error)) return
       allocate (solver, source=self%solver)
       negative = negative_directions(matrix, structure, solver)

@@ -49,19 +49,20 @@ contains
       type(csr_matrix_type), intent(out) :: matrix
       type(matrix_structure_type), intent(out) :: structure
       type(error_type), allocatable, intent(out) :: error
-      type(csr_matrix_type) :: parts(2)
+      type(csr_matrix_type) :: regularisation
       real(wp) :: factors(problem%multipliers())
       integer :: n, m, i
 
       n = problem%unknowns()
       m = problem%multipliers()
       factors = constraint_factors(problem, scaling_row, sqrt(cmplx(theta, 0, wp)))
-      call symmetric_saddle(problem, factors, theta, parts(1), structure, error)
-      if (.not. allocated(error)) call new_csr_from_triplets(parts(2), n + m, n + m, [(n + i, i=1, m)], &
-         [(n + i, i=1, m)], -root_epsilon*factors*problem%constraints%row_maxima(), error)
+      call symmetric_saddle(problem, factors, theta, matrix, structure, error)
       if (allocated(error)) return
-      matrix = linear_combination([1.0_wp, 1.0_wp], parts)
       structure%least_negative = least + m
+      if (m == 0) return
+      call new_csr_from_triplets(regularisation, n + m, n + m, [(n + i, i=1, m)], [(n + i, i=1, m)], &
+         -root_epsilon*factors*problem%constraints%row_maxima(), error)
+      if (.not. allocated(error)) matrix = linear_combination(1.0_wp, matrix, 1.0_wp, regularisation)
    end subroutine counting_matrix
 
    !> Number of negative eigenvalues of a matrix of `counting_matrix`, without those of the constraints; -1 if unknown.

@@ -1,6 +1,7 @@
 !> Certifies modes by a count of eigenvalues, as `options%certify` requests.
 module kschur_certify
-   use kschur_context, only: solve_context_type
+   use kschur_context, only: solve_context_type, whole_iterated
+   use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_modes, only: modes_type
    use kschur_outcome, only: certified_no, certified_yes, reason_cancelled, reason_converged
@@ -20,11 +21,16 @@ contains
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(winding_certificate_type) :: certificate
+      type(error_type), allocatable :: error
       complex(wp) :: nothing_beyond(0)
 
       if (modes%certified == certified_yes) modes%missing = 0
       if (modes%certified == certified_yes .or. modes%reason == reason_cancelled) return
-      call s%announce_phase("count of eigenvalues")
+      call s%announce_phase("count of eigenvalues", whole_iterated, error)
+      if (allocated(error)) then
+         call s%add_note("the eigenvalues could not be counted: "//error%message)
+         return
+      end if
       call certify_by_winding(s%work, s%inner%complex, modes%lambda, nothing_beyond, s%known%deflation%zeros(), s%options%target, &
          nearly_zero*s%reference(), certificate, monitor=s%monitor)
       call s%effort%add_effort(certificate)

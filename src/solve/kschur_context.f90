@@ -29,9 +29,9 @@ module kschur_context
    private
    public :: begin, resume, solve_context_type
 
-   !> Which whole matrices the first process holds beside the rows that all processes have: none, those of the problem as given,
-   !> those of the iterated problem, or both.
-   integer, parameter, public :: whole_none = 0, whole_given = 1, whole_iterated = 2, whole_both = 3
+   !> Which whole matrices the first process holds beside the rows that all processes have: those of the problem as given, those of
+   !> the iterated problem, or both.
+   integer, parameter, public :: whole_given = 1, whole_iterated = 2, whole_both = 3
 
    !> Its variables must be targets, because a transform points to their components.
    type :: solve_context_type
@@ -85,7 +85,8 @@ module kschur_context
       procedure :: add_note
       !> Memory of a number of complex shapes with their multipliers (bytes).
       procedure :: bytes_of_shapes
-      !> Expands shapes and multipliers of the iterated problem to those of the problem as given, whose whole matrices are restored.
+      !> Expands shapes and multipliers of the iterated problem to those of the problem as given. Restores its whole matrices if
+      !> multipliers of eliminated constraints follow from them.
       procedure :: expand
       !> Restricts shapes and multipliers of the problem as given to those of the iterated problem.
       procedure :: contract
@@ -205,7 +206,8 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       complex(wp), allocatable :: xi(:, :)
 
-      if (associated(self%shared)) call self%shared%bring_back(self%processes, error)
+      if (associated(self%shared) .and. self%plan%eliminated > 0 .and. size(pairs%lambda) > 0) &
+         call self%shared%bring_back(self%processes, error)
       if (allocated(error)) return
       call self%plan%expand_shapes(pairs)
       call self%plan%expand_reactions(pairs%xi)
@@ -242,14 +244,11 @@ contains
       given = any(whole == [whole_given, whole_both])
       if (associated(self%shared) .and. .not. given) call self%shared%put_away(self%processes)
       if (allocated(self%matrices)) then
-         select case (whole)
-         case (whole_none)
-            if (self%transform%by_rows) call self%matrices%put_away()
-         case (whole_given)
-            if (associated(self%shared)) call self%matrices%put_away()
-         case default
+         if (whole /= whole_given) then
             call self%matrices%bring_back(error)
-         end select
+         else if (associated(self%shared)) then
+            call self%matrices%put_away()
+         end if
       end if
       if (associated(self%shared) .and. given) call self%shared%bring_back(self%processes, error)
    end subroutine hold

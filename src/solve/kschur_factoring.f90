@@ -53,6 +53,7 @@ contains
       end if
       placement%formulation = formulation
       placement%lambda = s%shift
+      placement%factored = present(factored)
       placement%raw = s%options%is_plain()
       placement%motions = s%work%unknowns() - s%work%multipliers() + s%known%redundant - s%plan%redundant
       placement%factors = constraint_factors(s%work, s%options%constraint_scaling, s%shift)

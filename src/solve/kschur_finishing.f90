@@ -53,7 +53,8 @@ contains
       logical, dimension(size(modes%lambda)) :: replaced, not_found
       integer :: i
 
-      call judge(s, modes, judgement, error)
+      call s%hold(whole_iterated, error)
+      if (.not. allocated(error)) call judge(s, modes, judgement, error)
       if (allocated(error)) return
       call find_suspects(modes, judgement, s%is_lossy(), clusters)
       if (size(clusters) == 0) return

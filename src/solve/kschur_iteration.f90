@@ -1,7 +1,7 @@
 !> Runs the iteration on the current transform once, and makes eigenpairs of the iterated problem from its Ritz pairs.
 module kschur_iteration
    use kschur_block_choice, only: chosen_block
-   use kschur_context, only: solve_context_type, whole_iterated, whole_none
+   use kschur_context, only: solve_context_type, whole_iterated
    use kschur_effort, only: phase_iterate, phase_place, phase_recover
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
@@ -62,8 +62,8 @@ contains
       if (associated(s%checkpoint)) call s%checkpoint%next_iteration()
       options%checkpoint => s%checkpoint
       options%processes => s%processes
-      ! Whole matrices are freed meanwhile: the count of the certificate needs memory for further factors.
-      call s%announce_phase("iteration", whole_none, error)
+      ! The count of the certificate frees the whole matrices, as further factors need their memory.
+      call s%announce_phase("iteration", whole_iterated, error)
       do
          call s%transform%iterate(selection, options, ritz, error, s%monitor)
          if (allocated(error)) exit

@@ -2,7 +2,7 @@
 module kschur_search
    use kschur_backward_error, only: judge_as_given
    use kschur_certificate, only: indistinct
-   use kschur_context, only: solve_context_type, whole_given, whole_iterated
+   use kschur_context, only: solve_context_type, whole_given
    use kschur_effort, only: phase_judge, phase_recover
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, near, normalize
    use kschur_error, only: error_cancelled, error_type, error_singular, take_cancelled
@@ -257,7 +257,8 @@ contains
       call pairs%make_complex()
    end function accepted_pairs
 
-   ! Expands modes of the iterated problem to the problem as given, and computes their backward errors and error bounds there.
+   ! Expands modes of the iterated problem to the problem as given, and computes their backward errors and error bounds there. Whole
+   ! matrices of the iterated problem may be freed.
    subroutine expand_modes(s, modes, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
@@ -280,7 +281,6 @@ contains
          end associate
       end do
       call judge_as_given(s%problem, modes%eigenpairs_type, modes%motion > 0, modes%backward_error, modes%error_bound)
-      call s%hold(whole_iterated, error)
    end subroutine expand_modes
 
    ! Restricts modes of the problem as given to the iterated problem.

@@ -10,7 +10,7 @@ module kschur_row_matrix
    use kschur_row_ranges, only: row_ranges, row_ranges_type
    use kschur_sparse, only: csr_matrix_type
    use mpi_f08, only: MPI_Bcast, MPI_Comm, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_COMPLEX, MPI_DOUBLE_PRECISION, &
-      MPI_Gatherv, MPI_Scatterv
+      MPI_Gatherv, MPI_MAX, MPI_Reduce, MPI_Scatterv
    implicit none
    private
    public :: serve_matrix, part_of, row_matrix_part_type, row_matrix_type
@@ -86,9 +86,8 @@ contains
       if (.not. are_several(processes, matrix%rows)) return
       processes%matrices = processes%matrices + 1
       self%part%number = processes%matrices
-      self%norm = matrix%infinity_norm()
       call processes%send_request([request_matrix, job_take, self%part%number, matrix%rows])
-      call take_rows(self%part, matrix, processes, matrix%rows, error)
+      call take_rows(self%part, matrix, processes, matrix%rows, error, self%norm)
       if (.not. allocated(error)) self%others => processes
    end subroutine share
 
@@ -142,17 +141,21 @@ contains
    end function part_of
 
    ! Scatters the rows of a matrix of the first process; each process prepares its own for products. Collective.
-   subroutine take_rows(part, matrix, processes, order, error)
+   subroutine take_rows(part, matrix, processes, order, error, norm)
       type(row_matrix_part_type), intent(inout) :: part
       type(csr_matrix_type), intent(in) :: matrix
       type(processes_type), intent(in) :: processes
       integer, intent(in) :: order
       type(error_type), allocatable, intent(out) :: error
+      !> Infinity norm, in the first process.
+      real(wp), intent(out) :: norm
       type(csr_matrix_type) :: rows
 
+      norm = 0
       part%ranges = row_ranges(order, processes%number)
       call share_rows(matrix, part%ranges, order, processes%communicator, rows, error)
       if (allocated(error)) return
+      call MPI_Reduce(rows%infinity_norm(), norm, 1, MPI_DOUBLE_PRECISION, MPI_MAX, 0, processes%communicator)
       allocate (part%rows)
       call new_halo_matrix(part%rows, rows, part%ranges, processes%communicator, error)
       if (allocated(error)) deallocate (part%rows)
@@ -171,12 +174,13 @@ contains
       type(error_type), allocatable :: error
       real(wp) :: no_reals(0, request(4))
       complex(wp) :: no_complexes(0, request(4))
+      real(wp) :: norm
       integer :: i
 
       associate (job => request(2), number => request(3))
          if (job == job_take) then
             new%number = number
-            call take_rows(new, none, processes, request(4), error)
+            call take_rows(new, none, processes, request(4), error, norm)
             if (.not. allocated(error)) parts = [parts, new]
             return
          end if

@@ -254,7 +254,7 @@ contains
       integer, intent(in) :: column(:), place(:)
       type(csr_matrix_type), intent(out) :: values
       logical :: is_here(maxval(place))
-      integer :: row(maxval(place)), j, p, k, entries, pass
+      integer :: row(maxval(place)), to(size(place)), j, p, k, entries, pass
 
       values%rows = size(row)
       values%columns = size(row)
@@ -263,13 +263,15 @@ contains
       do j = 1, size(place)
          if (place(j) > 0) row(place(j)) = symbolic%order(j)
       end do
+      ! The column of each unknown in the share.
+      to = place(symbolic%position)
       allocate (values%row_start(size(row) + 1))
       do pass = 1, 2
          entries = 0
          do j = 1, size(row)
             values%row_start(j) = entries + 1
             do p = matrix%row_start(row(j)), matrix%row_start(row(j) + 1) - 1
-               k = place(symbolic%position(matrix%column(p)))
+               k = to(matrix%column(p))
                if (k < j) cycle
                if (j > own .and. .not. is_here(k)) cycle
                entries = entries + 1
