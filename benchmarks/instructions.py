@@ -38,7 +38,7 @@ def count(program, scene, options, folder):
     # Matrix Market: an HDF5 file is tried in a process with bounded time, which valgrind would use up.
     problem = f"{folder}/{scene.replace(' ', '')}"
     run([program, "scene", *scene.split(), "--output", problem])
-    valgrind = ["valgrind", "--tool=callgrind", "--toggle-collect=__kschur_solver_MOD_solve_modes"]
+    valgrind = ["valgrind", "--tool=callgrind", "--toggle-collect=__kschur_solver_MOD_solve_shared"]
     done = run([*valgrind, "--callgrind-out-file=/dev/null", program, "solve", problem, *options, "--quiet"])
     return int(re.search(r"Collected : (\d+)", done.stderr)[1])
 

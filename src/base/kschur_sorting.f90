@@ -7,23 +7,50 @@ module kschur_sorting
 
 contains
 
-   !> Returns the permutation that sorts `numbers` (n) in ascending order; stable. Insertion sort, for lists that are short or
-   !> nearly sorted.
+   !> Returns the permutation that sorts `numbers` (n) in ascending order; stable. Merge sort: pairs of sorted runs are merged to
+   !> runs of twice the length.
    pure function ascending_order(numbers) result(order)
       real(wp), intent(in) :: numbers(:)
       integer :: order(size(numbers))
-      integer :: i, j
+      integer :: i, first, length
 
-      do i = 1, size(numbers)
-         j = i - 1
-         do while (j > 0)
-            if (numbers(order(j)) <= numbers(i)) exit
-            order(j + 1) = order(j)
-            j = j - 1
+      order = [(i, i=1, size(numbers))]
+      length = 1
+      do while (length < size(numbers))
+         do first = 1, size(numbers) - length, 2*length
+            call merge_runs(numbers, length, order(first:min(first + 2*length - 1, size(numbers))))
          end do
-         order(j + 1) = i
+         length = 2*length
       end do
    end function ascending_order
+
+   ! Merges two sorted runs of `order`, the first of which has this length.
+   pure subroutine merge_runs(numbers, length, order)
+      real(wp), intent(in) :: numbers(:)
+      integer, intent(in) :: length
+      integer, intent(inout) :: order(:)
+      integer :: run(length)
+      integer :: i, j, k
+
+      if (numbers(order(length)) <= numbers(order(length + 1))) return
+      run = order(:length)
+      i = 1
+      j = length + 1
+      do k = 1, size(order)
+         if (j > size(order)) then
+            order(k:) = run(i:)
+            return
+         else if (i > length) then
+            return
+         else if (numbers(run(i)) <= numbers(order(j))) then
+            order(k) = run(i)
+            i = i + 1
+         else
+            order(k) = order(j)
+            j = j + 1
+         end if
+      end do
+   end subroutine merge_runs
 
    !> The positions at which a mask is true, in order.
    pure function positions(mask)

@@ -61,13 +61,15 @@ contains
    end function is_upper
 
    !> Modulus below which no Ritz value is nearer to the target than `last`: the smallest |mu| = 1/|theta - shift| on the circle of
-   !> lambdas as far from the target as `last`. Zero if theta has a pole inside it.
+   !> lambdas as far from the target as `last`, of which only the part above the real axis counts where those below are ignored.
+   !> Zero if theta has a pole inside it.
    real(wp) function edge(self, last)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: last
       integer, parameter :: points = 16
       real(wp), parameter :: turn = 8*atan(1.0_wp)/points
-      real(wp) :: radius, furthest
+      complex(wp) :: point
+      real(wp) :: radius, half_chord, furthest
       integer :: i
 
       edge = 0
@@ -75,9 +77,13 @@ contains
       if (abs(self%map%beta) > 0) then
          if (abs(cmplx(1, self%map%loss, wp)/self%map%beta + self%target) <= radius) return
       end if
+      ! Of the real axis within the circle.
+      half_chord = sqrt(max(radius**2 - aimag(self%target)**2, 0.0_wp))
       furthest = 0
       do i = 1, points
-         furthest = max(furthest, abs(self%map%theta(self%target + radius*exp(cmplx(0, i*turn, wp))) - self%shift))
+         point = self%target + radius*exp(cmplx(0, i*turn, wp))
+         if (self%upper .and. aimag(point) < 0) point = real(self%target, wp) + sign(half_chord, real(point - self%target, wp))
+         furthest = max(furthest, abs(self%map%theta(point) - self%shift))
       end do
       if (furthest > 0) edge = 1/furthest
    end function edge

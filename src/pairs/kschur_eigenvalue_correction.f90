@@ -222,8 +222,9 @@ contains
 
       factor = 0
       associate (lambda => pairs%lambda(j))
-         if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > &
-            merge(real_tolerance, blurred_value, allocated(problem%loss))*abs(lambda)) return
+         if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > blurred_value*abs(lambda)) return
+         ! Losses take eigenvalues off the axis.
+         if (allocated(problem%loss) .and. abs(aimag(lambda)) > real_tolerance*abs(lambda)) return
          rotation = real_phase(cmplx(products%square(l), kind=wp))
          rotated = products%real_part(l, rotation)
          if (.not. rotated%length(1) > 0) return

@@ -51,7 +51,8 @@ contains
       settings%block = chosen_block(s, merge(1, 2, s%transform%map%oscillator)*wanted)
       s%block = settings%block
       call set_iteration_options(settings, s%formulation, s%work%unknowns()*merge(1, 2, s%transform%map%oscillator), wanted, &
-         count(abs(deflated - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator, options)
+         count(abs(deflated - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator, &
+         s%is_lossy(), options)
       if (allocated(s%last)) call s%transform%begin_with(s%last, options%block, options%start)
       ! The symmetric and low-rank forms count eigenvalues instead of verifying.
       is_counted = s%formulation == formulation_low_rank .or. (.not. s%options%uncounted .and. &

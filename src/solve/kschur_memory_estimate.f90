@@ -184,7 +184,8 @@ contains
       modes = min(settings%modes, plan%order)
       length = plan%order
       if (any(plan%formulation == [formulation_quadratic, formulation_low_rank])) length = length/2
-      call set_iteration_options(settings, plan%formulation, plan%order, modes, 0, plan%oscillator, krylov)
+      call set_iteration_options(settings, plan%formulation, plan%order, modes, 0, plan%oscillator, &
+         allocated(problem%loss), krylov)
       bytes_of_number = merge(complex_bytes, real_bytes, plan%complex)
       room = min(krylov%subspace, plan%order)
       vectors = min(real(room, wp), vectors_per_value*merge(1, 2, plan%oscillator)*modes + extra_steps*max(krylov%block, 1))

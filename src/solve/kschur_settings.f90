@@ -157,7 +157,7 @@ contains
    end function method_name
 
    !> Makes the options of the iteration: dimension of the Krylov space, tolerance, limits, and for ARPACK the number of values.
-   subroutine set_iteration_options(options, formulation, order, wanted, known, oscillator, krylov)
+   subroutine set_iteration_options(options, formulation, order, wanted, known, oscillator, upper, krylov)
       type(modal_options_type), intent(in) :: options
       integer, intent(in) :: formulation
       !> Length of the vectors that are iterated.
@@ -166,6 +166,8 @@ contains
       integer, intent(in) :: wanted, known
       !> Whether a mode is one eigenvalue theta = omega^2; otherwise it is two lambda.
       logical, intent(in) :: oscillator
+      !> Whether only eigenvalues above the real axis are modes: those below it are not wanted.
+      logical, intent(in) :: upper
       class(krylov_options_type), allocatable, intent(out) :: krylov
       integer :: values, subspace
 
@@ -183,7 +185,7 @@ contains
          allocate (krylov_options_type :: krylov)
          ! So large that restarts are rare; only the part in use takes memory.
          if (subspace == 0 .and. is_structured(formulation)) then
-            subspace = 3*values + 40*options%block
+            subspace = 3*merge(wanted, values, upper) + 40*options%block
             ! If most of all eigenvalues are wanted, a larger projected problem costs more than a restart.
             if (.not. oscillator) subspace = min(subspace, max(subspace_dimension(0, values, options%block), order/2))
          end if

@@ -181,8 +181,9 @@ contains
       real(wp) :: limit
 
       limit = much_smaller*min(abs(s%options%target), abs(s%shift))
+      ! Zeros to rounding are no scale.
       has_moved = .not. (s%dense .or. allocated(s%options%shift)) .and. 2*count(abs(lambda) < limit) > size(lambda) .and. &
-         maxval(abs(lambda), abs(lambda) < limit) > 0
+         maxval(abs(lambda), abs(lambda) < limit) > s%known%deflation%zero_noise
       if (.not. has_moved) return
       former_shift = s%shift
       associate (target => s%options%target)

@@ -11,10 +11,16 @@ from spectrum import rated_spectrum
 @dataclass
 class Problem:
     """Matrices of doubles, and rows (real part, imaginary part, tolerance) of the spectrum: all finite eigenvalues
-    with their multiplicities, both of a pair, zeros once for each independent motion that nothing holds."""
+    with their multiplicities, both of a pair, zeros once for each independent motion that nothing holds. With losses
+    none below the real axis."""
     matrices: dict
     spectrum: np.ndarray
     command: list = field(default_factory=list)
+
+    @property
+    def in_pairs(self):
+        """Whether there are conjugates."""
+        return not all(self.spectrum[:, 1] >= 0)
 
 
 def assemble(recipe):
@@ -36,8 +42,8 @@ def assemble(recipe):
         raise Unsuitable("constraints in two units")
     scales = row_units[:, None] + units[None, :] + recipe.mass_exponent - denominator(recipe).bit_length() + 1
     matrices = {}
-    for power, name in ((0, "M"), (1, "R"), (2, "K")):
-        if name != "R" or recipe.damped:
+    for power, name in ((0, "M"), (1, "R"), (2, "K"), (2, "L")):
+        if {"R": recipe.damped, "L": recipe.lossy}.get(name, True):
             matrices[name] = exact_doubles(mixed[name][np.ix_(order, order)], scales + power * recipe.time_exponent)
     if not matrices["M"].any() and not recipe.sharp:
         raise Unsuitable("no mass")
@@ -49,14 +55,14 @@ def assemble(recipe):
 
 
 def mix(recipe):
-    """The matrices M, R and K after all steps, whole numbers by a common denominator; one constraint for each removed
+    """The matrices M, R, K and L (H) after all steps, whole numbers by a common denominator; one constraint for each removed
     unknown; and the matrices that take right and left vectors of the blocks to those of the mixed problem."""
     size, common = recipe.size, denominator(recipe)
-    mixed = {name: np.full((size, size), 0, dtype=object) for name in "MRK"}
+    mixed = {name: np.full((size, size), 0, dtype=object) for name in "MRKL"}
     first = 0
     for piece in recipe.blocks + recipe.removed:
         there = slice(first, first + piece.size)
-        for name, matrix in (("M", piece.mass), ("R", piece.damping), ("K", piece.stiffness)):
+        for name, matrix in zip("MRKL", piece.matrices):
             mixed[name][there, there] = np.array([[int(a * common) for a in row] for row in matrix], dtype=object)
         first += piece.size
     constraints = np.array([[int(j == recipe.kept + i) for j in range(size)] for i in range(len(recipe.removed))],
@@ -83,7 +89,7 @@ def mix(recipe):
 def denominator(recipe):
     """The power of two that makes all entries whole."""
     return max(entry.denominator for piece in recipe.blocks + recipe.removed
-               for matrix in (piece.mass, piece.damping, piece.stiffness) for row in matrix for entry in row)
+               for matrix in piece.matrices for row in matrix for entry in row)
 
 
 def exact_doubles(entries, exponents):

@@ -7,6 +7,7 @@ import mpmath
 import numpy as np
 
 import polynomials
+from recipe import Unsuitable
 
 
 @dataclass(frozen=True)
@@ -22,10 +23,12 @@ class Eigenvalue:
 
 @dataclass(frozen=True)
 class Block:
-    """lambda^2 mass + lambda damping + stiffness: square tuples of tuples of Fractions of one size."""
+    """lambda^2 mass + lambda damping + stiffness + i loss: square tuples of tuples of Fractions of one size."""
     mass: tuple
     damping: tuple
     stiffness: tuple
+    # None: the problem has none.
+    loss: tuple = None
 
     @property
     def size(self):
@@ -34,17 +37,35 @@ class Block:
     @cached_property
     def polynomial(self):
         """The determinant, empty where it vanishes for every lambda."""
-        return polynomials.determinant_polynomial([self.stiffness, self.damping, self.mass])
+        coefficients = [self.stiffness, self.damping, self.mass]
+        if self.loss:
+            return polynomials.lossy_determinant_polynomial(coefficients, self.loss)
+        return polynomials.determinant_polynomial(coefficients)
+
+    @property
+    def matrices(self):
+        return (self.mass, self.damping, self.stiffness) + ((self.loss,) if self.loss else ())
+
+    @cached_property
+    def held(self):
+        """What holds motions: stiffness and loss, one above the other."""
+        if not self.loss:
+            return self.stiffness
+        both = [[*k, *(-h for h in g)] for k, g in zip(self.stiffness, self.loss)]
+        both += [[*g, *k] for k, g in zip(self.stiffness, self.loss)]
+        if polynomials.rank(both) != 2 * polynomials.rank(self.stiffness + self.loss):
+            raise Unsuitable("stiffness and loss that hold a motion alone and not together")
+        return self.stiffness + self.loss
 
     @cached_property
     def zeros(self):
         """Linearly independent motions that nothing holds: the zeros that a solver lists."""
-        return self.size - polynomials.rank(self.stiffness)
+        return self.size - polynomials.rank(self.held)
 
     @cached_property
     def null_vectors(self):
         """An orthonormal basis of them."""
-        return np.linalg.svd(np.array(self.stiffness, float))[2][self.size - self.zeros:].T
+        return np.linalg.svd(np.array(self.held, float))[2][self.size - self.zeros:].T
 
     @cached_property
     def zero_multiplicity(self):
@@ -57,9 +78,17 @@ class Block:
 
     @cached_property
     def eigenvalues(self):
-        """All that are finite and not zero; of a complex pair the one above the real axis."""
+        """All that are finite and not zero; of a complex pair, and with losses of all, those above the real axis and on it."""
         found = []
-        for value, multiplicity in polynomials.roots(self.polynomial[self.zero_multiplicity:]):
+        if self.loss:
+            roots = polynomials.simple_roots(self.polynomial[self.zero_multiplicity:])
+            if roots is None:
+                raise Unsuitable("a block with an eigenvalue twice")
+            if any(0 < abs(value.imag) < BESIDE_AXIS * abs(value) for value, _ in roots):
+                raise Unsuitable("an eigenvalue just beside the real axis")
+        else:
+            roots = polynomials.roots(self.polynomial[self.zero_multiplicity:])
+        for value, multiplicity in roots:
             if value.imag >= 0:
                 order, coefficient = simple_pole(self, value) if multiplicity == 1 else pole(self, value)
                 found.append(Eigenvalue(value, multiplicity, order, coefficient))
@@ -68,27 +97,30 @@ class Block:
     @cached_property
     def spread(self):
         """The largest entry by the smallest that is not zero."""
-        sizes = [abs(a) for matrix in (self.mass, self.damping, self.stiffness) for row in matrix for a in row if a]
+        sizes = [abs(a) for matrix in self.matrices for row in matrix for a in row if a]
         return max(sizes, default=1) / min(sizes, default=1)
 
     def at(self, value):
         """P(value) with many digits."""
-        terms = zip(self.mass, self.damping, self.stiffness)
-        return mpmath.matrix([[value * (value * number(m) + number(r)) + number(k) for m, r, k in zip(*rows)]
-                              for rows in terms])
+        terms = zip(self.mass, self.damping, self.stiffness, self.loss or [[0] * self.size] * self.size)
+        return mpmath.matrix([[value * (value * number(m) + number(r)) + mpmath.mpc(number(k), number(h))
+                               for m, r, k, h in zip(*rows)] for rows in terms])
 
 
-def block(mass, damping, stiffness):
-    """From anything that converts to Fractions; None for no damping."""
+def block(mass, damping, stiffness, loss=None):
+    """From anything that converts to Fractions; None for no damping, or no loss."""
     size = len(mass)
     damping = [[0] * size for _ in range(size)] if damping is None else damping
-    return Block(*(tuple(tuple(Fraction(a) for a in row) for row in matrix) for matrix in (mass, damping, stiffness)))
+    matrices = (mass, damping, stiffness) if loss is None else (mass, damping, stiffness, loss)
+    return Block(*(tuple(tuple(Fraction(a) for a in row) for row in matrix) for matrix in matrices))
 
 
 def number(fraction):
     return mpmath.mpf(fraction.numerator) / fraction.denominator
 
 
+# What is nearer to the real axis than this part of itself may be above or below it.
+BESIDE_AXIS = 1e-5
 # Where entries differ by more than this factor, doubles do not tell null vectors.
 WIDE = 2**20
 

@@ -52,7 +52,10 @@ def constrained(random, draft, recipe):
         damping = random.choice([0, 1, Fraction(1, 8)])
         if draft.rayleigh:
             damping = draft.rayleigh[0] * mass + draft.rayleigh[1] * stiffness
-        removed.append(block([[mass]], [[damping * draft.damped]], [[stiffness]]))
+        loss = None
+        if draft.blocks[0].loss:
+            loss = [[random.choice([0, 1, Fraction(1, 8)]) if draft.loss_factor is None else draft.loss_factor * stiffness]]
+        removed.append(block([[mass]], [[damping * draft.damped]], [[stiffness]], loss))
     if draft.nearly_redundant:
         rows, exponents = near_rows(random, count, recipe.kept + count)
         return replace(recipe, removed=tuple(removed), combinations=rows, row_exponents=exponents)
@@ -172,6 +175,8 @@ def random_target(random, values, unit):
 
 def formulations(draft, recipe):
     """Names of the formulations that a problem of this kind can be given to."""
+    if recipe.lossy:
+        return ["quadratic", "damped-constrained" if recipe.removed else "damped"]
     if not recipe.damped:
         return ["quadratic"] + (["undamped-constrained"] if recipe.removed else ["undamped", "undamped-negative"])
     return ["quadratic", "damped-constrained" if recipe.removed else "damped"]

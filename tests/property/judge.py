@@ -93,7 +93,7 @@ def judge_modes(problem, status, answer):
     asked, target = what_was_asked(problem.command)
     exact, tolerance = problem.spectrum[:, 0] + 1j * problem.spectrum[:, 1], problem.spectrum[:, 2]
     listed = np.array([complex(*mode["eigenvalue"]) for mode in answer["modes"]], dtype=complex)
-    modes = [k for k, value in enumerate(listed) for _ in range(2 if value.imag > 0 else 1)]
+    modes = [k for k, value in enumerate(listed) for _ in range(2 if value.imag > 0 and problem.in_pairs else 1)]
     first = [k == 0 or modes[k - 1] != modes[k] for k in range(len(modes))]
     found = np.where(first, listed[modes], listed[modes].conj())
 

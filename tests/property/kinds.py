@@ -17,6 +17,8 @@ class Draft:
     damped: bool = True
     # (a, b) where damping is a times mass plus b times stiffness, also that of the unknowns that constraints remove.
     rayleigh: tuple = None
+    # g where loss is g times stiffness, also that of the unknowns that constraints remove.
+    loss_factor: Fraction = None
     # Whether rows and columns may be combined.
     mixed: bool = True
     # Whether rounding of single entries, and not of whole matrices, says how well eigenvalues are known.

@@ -1,5 +1,7 @@
 """Exact polynomials: coefficients are Fractions, the constant one first."""
 from fractions import Fraction
+from math import prod
+from typing import NamedTuple
 
 import mpmath
 
@@ -58,6 +60,35 @@ def determinant_polynomial(coefficients):
     result = [Fraction(0)]
     for value, point in zip(reversed(values), reversed(points)):
         result = add(multiply(result, [Fraction(-point), Fraction(1)]), [value])
+    return trimmed(result)
+
+
+class Gaussian(NamedTuple):
+    """A complex number of two Fractions."""
+    real: Fraction
+    imag: Fraction
+
+    def __bool__(self):
+        return bool(self.real or self.imag)
+
+    def times(self, real, imag):
+        return Gaussian(self.real * real - self.imag * imag, self.real * imag + self.imag * real)
+
+
+def lossy_determinant_polynomial(coefficients, loss):
+    """As determinant_polynomial, with i times another matrix of Fractions added to the constant coefficient. The
+    determinant is a polynomial in the factor of that matrix, too: interpolated between integers, taken at i."""
+    size = len(loss)
+    points = range(size + 1)
+    result = [Gaussian(Fraction(0), Fraction(0))] * (2 * size + 1)
+    for point in points:
+        constant = [[a + point * b for a, b in zip(*rows)] for rows in zip(coefficients[0], loss)]
+        weight = Gaussian(Fraction(1, prod(point - other for other in points if other != point)), Fraction(0))
+        for other in points:
+            if other != point:
+                weight = weight.times(-other, 1)
+        for k, a in enumerate(determinant_polynomial([constant, *coefficients[1:]])):
+            result[k] = Gaussian(result[k].real + a * weight.real, result[k].imag + a * weight.imag)
     return trimmed(result)
 
 
@@ -132,3 +163,19 @@ def roots(p):
                 real = 0 if abs(root.real) <= near else root.real
                 found.append((mpmath.mpc(real, 0 if abs(root.imag) <= near else root.imag), multiplicity))
     return found
+
+
+def simple_roots(p):
+    """As roots, of coefficients that are Gaussians; None where roots are not simple to a third of the digits."""
+    with mpmath.workdps(DIGITS + 20):
+        numbers = [mpmath.mpc(*(mpmath.mpf(part.numerator) / part.denominator for part in a)) for a in reversed(p)]
+        try:
+            found = mpmath.polyroots(numbers, maxsteps=500, extraprec=400)
+        except mpmath.libmp.NoConvergence:
+            return None
+        found = [mpmath.mpc(root) for root in found]
+        apart = mpmath.mpf(10) ** (-DIGITS // 3)
+        if any(abs(a - b) <= apart * abs(a) for i, a in enumerate(found) for b in found[:i]):
+            return None
+        near = mpmath.mpf(10) ** -DIGITS
+        return [(mpmath.mpc(root.real, 0 if abs(root.imag) <= near * abs(root) else root.imag), 1) for root in found]

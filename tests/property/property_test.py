@@ -21,6 +21,7 @@ from extremes import EXTREMES  # noqa: E402
 from generate import generate  # noqa: E402
 from judge import CLASSES, OK, Verdict, judge_folder  # noqa: E402
 from kinds import KINDS  # noqa: E402
+from losses import LOSSES  # noqa: E402
 from recipe import Unsuitable  # noqa: E402
 from shrink import shrink  # noqa: E402
 
@@ -61,6 +62,7 @@ def main():
     parser.add_argument("--seeds", default="0:500", metavar="A:B", help="from A to B, without B (%(default)s)")
     parser.add_argument("--extremes", action="store_true", help="the kinds at the edges in place of the others")
     parser.add_argument("--edges", action="store_true", help="kinds at the edges of decisions in place of the others")
+    parser.add_argument("--losses", action="store_true", help="kinds with a loss matrix in place of the others")
     parser.add_argument("--kind", metavar="NAME", help="only that one of them")
     parser.add_argument("--bands", action="store_true", help="ask for all modes of a band in place of the nearest ones")
     parser.add_argument("--keep", metavar="FOLDER", help="write problems that fail there, each a folder")
@@ -70,7 +72,7 @@ def main():
     options = parser.parse_args()
     first, last = map(int, options.seeds.split(":"))
     command, started = [os.path.abspath(options.program), *options.options.split()], time.time()
-    kinds = EDGES if options.edges else EXTREMES if options.extremes else KINDS
+    kinds = EDGES if options.edges else EXTREMES if options.extremes else LOSSES if options.losses else KINDS
     kinds = [kind for kind in kinds if options.kind in (None, kind.__name__)] or parser.error("no such kind")
     jobs = ((command, seed, kinds, options.bands, options.keep, options.shrink) for seed in range(first, last))
     known = read_known()

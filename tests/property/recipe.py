@@ -43,6 +43,10 @@ class Recipe:
     kind: str = ""
 
     @property
+    def lossy(self):
+        return any(block.loss for block in self.blocks)
+
+    @property
     def kept(self):
         return sum(block.size for block in self.blocks)
 

@@ -36,7 +36,8 @@ def rated_spectrum(recipe, matrices, rows, right, left):
             if max(order for _, order, _, _ in members) > 2:
                 raise Unsuitable("a zero with a long chain")
             free = slack @ abs(np.hstack([right[:, there] @ null_vectors for there, _, _, null_vectors in members]))
-            if recipe.sharp and sized_product(free, abs(against.T @ matrices["K"] @ against), free) > HELD * norms["K"]:
+            if recipe.sharp and any(sized_product(free, abs(against.T @ matrices[name] @ against), free) > HELD * norms[name]
+                                    for name in "KL" if norms[name]):
                 raise Unsuitable("a free motion that rounding of the constraints holds")
             found.append((0j, 0.0, sum(count for _, _, count, _ in members)))
             continue
@@ -44,13 +45,13 @@ def rated_spectrum(recipe, matrices, rows, right, left):
         leading = [(there, coefficient) for there, k, _, coefficient in members if k == order]
         x = np.hstack([right[:, there] @ coefficient for there, coefficient in leading])
         y = np.hstack([left[:, there] for there, _ in leading])
-        at = value**2 * matrices["M"] + value * matrices["R"] + matrices["K"]
+        at = value**2 * matrices["M"] + value * matrices["R"] + matrices["K"] + 1j * matrices["L"]
         xi, psi = reactions @ (at @ x), reactions @ (at.T @ y)
         error = BACKWARD_ERROR * (
-            (abs(value)**2 * norms["M"] + abs(value) * norms["R"] + norms["K"]) * product_norm(x, y)
+            (abs(value)**2 * norms["M"] + abs(value) * norms["R"] + norms["K"] + norms["L"]) * product_norm(x, y)
             + row_norm * (product_norm(x, psi) + product_norm(xi, y)))
         if recipe.sharp:
-            sizes = abs(value)**2 * abs(matrices["M"]) + abs(value) * abs(matrices["R"]) + abs(matrices["K"])
+            sizes = abs(value)**2 * abs(matrices["M"]) + abs(value) * abs(matrices["R"]) + abs(matrices["K"]) + abs(matrices["L"])
             part = sized_product(y, sizes, x)
             for one, other in ((at @ x, y), (at.T @ y, x)):
                 part += sized_product(multipliers @ one, abs(combined), other)
@@ -59,7 +60,9 @@ def rated_spectrum(recipe, matrices, rows, right, left):
         tolerance = max(RELATIVE_ERROR * abs(value), error if order == 1 else 2 * error**(1 / order))
         count = sum(count for _, _, count, _ in members)
         found.append((value, tolerance, count))
-        if value.imag:
+        if recipe.lossy and 0 < value.imag < 2 * tolerance:
+            raise Unsuitable("an eigenvalue that rounding may move below the real axis")
+        if value.imag and not recipe.lossy:
             found.append((value.conjugate(), tolerance, count))
     check_separation(found, recipe.sharp)
     found.sort(key=lambda entry: abs(entry[0]))
