@@ -61,7 +61,7 @@ contains
          end if
          call try_ldl(self, matrix, structure, error)
          if (.not. allocated(error)) then
-            call report(self, 0.0_wp)
+            call report(self, 0.0_wp, self%solver%description)
             return
          else if (self%inner == inner_ldl) then
             call add_context(error, "the inner solver ldl does not fit, take auto or mumps")
@@ -84,8 +84,11 @@ contains
       call previous%factorize(matrix, structure, error)
       if (allocated(error)) return
       call move_alloc(previous, self%solver)
-      call report(self, spent)
-      if (reason /= "") self%description = "mumps: "//reason
+      if (reason == "") then
+         call report(self, spent, self%solver%description)
+      else
+         call report(self, spent, "mumps: "//reason)
+      end if
    end subroutine factorize
 
    ! Whether LDL is tried. Several processes have it for real matrices only.
@@ -149,9 +152,10 @@ contains
    end subroutine estimate
 
    ! Copies statistics of the factors; `spent` seconds went into a failed attempt by LDL.
-   subroutine report(self, spent)
+   subroutine report(self, spent, description)
       class(direct_complex_type), intent(inout) :: self
       real(wp), intent(in) :: spent
+      character(len=*), intent(in) :: description
 
       self%analyze_seconds = spent + self%solver%analyze_seconds
       self%factorize_seconds = self%solver%factorize_seconds
@@ -161,7 +165,7 @@ contains
       self%null_pivots = self%solver%null_pivots
       self%negative_pivots = self%solver%negative_pivots
       self%determinant = self%solver%determinant
-      self%description = self%solver%description
+      self%description = description
    end subroutine report
 
    subroutine solve(self, x, error)

@@ -65,7 +65,7 @@ contains
       if (allocated(error)) return
       call pattern%compress(matrix%row_start, matrix%column, symbolic%position)
       vertices = size(pattern%weight)
-      allocate (parent(vertices), entries(vertices), stat=status)
+      allocate (order(vertices), place(vertices), parent(vertices), entries(vertices), stat=status)
       if (status /= 0) then
          call no_memory(error)
          return

@@ -1,5 +1,6 @@
 !> Recovers the multipliers of the constraints that presolve eliminated.
 module kschur_eliminated_multipliers
+   use kschur_confinement, only: condense, restore_multipliers
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_elimination, only: ties_type
    use kschur_kinds, only: wp
@@ -43,12 +44,26 @@ contains
          !$omp parallel do schedule(static) private(k) if (problem%unknowns() > panel_rows)
          do j = first, last
             k = j - first + 1
-            if (size(ties%kept) > 0) &
-               call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), xi(:, j:j), forces(:, k:k))
-            call balance_forces(ties, problem, forces(:, k), xi(:, j))
+            if (allocated(ties%confinement)) then
+               call condense(ties%confinement, forces(:, k))
+               call balance(ties%confinement%constraints, forces(:, k:k), xi(:, j:j))
+               call restore_multipliers(ties%confinement, xi(:, j))
+            else
+               call balance(problem%constraints, forces(:, k:k), xi(:, j:j))
+            end if
          end do
          !$omp end parallel do
       end do
+
+   contains
+
+      subroutine balance(constraints, force, xi)
+         type(csr_matrix_type), intent(in) :: constraints
+         complex(wp), contiguous, intent(inout) :: force(:, :), xi(:, :)
+
+         if (size(ties%kept) > 0) call constraints%add_transposed_product((1.0_wp, 0.0_wp), xi, force)
+         call balance_forces(ties, constraints, force(:, 1), xi(:, 1))
+      end subroutine balance
    end subroutine expand_multipliers
 
    ! Extracts the rows of M, K, R and H of eliminated unknowns, the only ones needed. If R = alpha M + beta K, it needs no
@@ -111,9 +126,9 @@ contains
    end subroutine make_forces
 
    ! Computes the multipliers of eliminated constraints by back substitution, from the forces that they must balance.
-   pure subroutine balance_forces(ties, problem, force, xi)
+   pure subroutine balance_forces(ties, constraints, force, xi)
       class(ties_type), intent(in) :: ties
-      type(modal_problem_type), intent(in) :: problem
+      type(csr_matrix_type), intent(in) :: constraints
       !> P(lambda) phi + Cq^T xi; overwritten.
       complex(wp), intent(inout) :: force(:)
       complex(wp), intent(inout) :: xi(:)
@@ -128,11 +143,11 @@ contains
          if (above > 0) force(above) = force(above) + ties%ratio(i)*force(i)
       end do
       do e = ties%eliminated, 1, -1
-         associate (row => ties%row(e), start => problem%constraints%row_start)
+         associate (row => ties%row(e), start => constraints%row_start)
             xi(row) = -force(ties%unknown(e))/ties%pivot(e)
             do k = start(row), start(row + 1) - 1
-               step = problem%constraints%value(k)*xi(row)
-               above = problem%constraints%column(k)
+               step = constraints%value(k)*xi(row)
+               above = constraints%column(k)
                do while (above > 0)
                   i = above
                   force(i) = force(i) + step

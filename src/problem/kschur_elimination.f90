@@ -1,5 +1,6 @@
 !> Elimination of clamped and tied unknowns by short rows of the constraints.
 module kschur_elimination
+   use kschur_confinement, only: confinement_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_sparse, only: csr_matrix_type, new_csr_from_triplets
@@ -27,6 +28,8 @@ module kschur_elimination
       real(wp), allocatable :: pivot(:)
       !> Remaining rows.
       integer, allocatable :: kept(:)
+      !> Row operations before, and what they confine: the rows are then those of its constraints. Not allocated: none.
+      type(confinement_type), allocatable :: confinement
    contains
       !> phi(i) = factor phi(master).
       procedure :: find_master

@@ -2,17 +2,21 @@
 !>
 !> A constraint on one unknown clamps it, one on two unknowns ties them: then phi = T y with Cq T = 0 for these rows, and (T^T M
 !> T, T^T R T, T^T K T, C_rest T) has exactly the modes of the problem. A row of T has at most one entry: each unknown is a
-!> factor, |factor| <= 1, times one master.
+!> factor, |factor| <= 1, times one master. Where joints confine bodies, row operations come first, and an unknown may be a sum
+!> of several masters.
 module kschur_presolve
+   use kschur_confinement, only: confinement_type, convert_multipliers, resolve
+   use kschur_congruence, only: overwrite_values, reduce
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_elimination, only: eliminate, ties_type
    use kschur_error, only: error_type, new_error, add_context, error_input
-   use kschur_kinds, only: long, wp
+   use kschur_joints, only: confine
+   use kschur_kinds, only: wp
    use kschur_loss, only: times_factor
    use kschur_problem, only: modal_problem_type, settle_modal_problem
-   use kschur_sparse, only: complete_pattern, csr_matrix_type, linear_combination, new_csr_from_triplets
+   use kschur_sparse, only: complete_pattern, csr_matrix_type, identity_csr_matrix, linear_combination, new_csr_from_triplets
    use kschur_threads, only: panel_rows
-   use kschur_tolerances, only: cancelled, rounding_of_entry, rounding_of_row
+   use kschur_tolerances, only: rounding_of_entry
    implicit none
    private
    public :: presolve_type, presolve
@@ -23,9 +27,8 @@ module kschur_presolve
       integer :: unknowns_before = 0, unknowns_after = 0
       !> Numbers of constraints of the original and the reduced problem, m and m'.
       integer :: constraints_before = 0, constraints_after = 0
-      ! T: phi(i) = factor(i) y(master(i)), 0 where master(i) = 0.
-      integer, allocatable, private :: master(:)
-      real(wp), allocatable, private :: factor(:)
+      ! T, n x n'.
+      type(csr_matrix_type), private :: expansion
       ! Scaling: equation i was multiplied by row_units(i) times the factor its unknown was divided by, and the multiplier of
       ! constraint i is reaction_units(i) times the original one. Not allocated: 1.
       real(wp), allocatable, private :: row_units(:), reaction_units(:)
@@ -73,13 +76,13 @@ contains
       if (present(eliminating)) short_rows = eliminating
       call drop_rounding_of_constraints(problem%constraints, clean, error)
       if (.not. allocated(error)) call eliminate(clean, short_rows, plan%ties_type, constraints, error)
+      if (.not. allocated(error) .and. short_rows .and. constraints%rows > 0) call try_confinement(clean, plan, constraints, error)
       if (allocated(error)) return
       plan%unknowns_before = problem%unknowns()
       plan%constraints_before = problem%multipliers()
       plan%constraints_after = constraints%rows
-      call number_unknowns(plan)
-      constraints%column = plan%master(constraints%column)
-      constraints%columns = plan%unknowns_after
+      call number_unknowns(plan, constraints, error)
+      if (allocated(error)) return
       if (plan%unknowns_after == 0) then
          call new_error(error, error_input, &
             "the constraints leave no motion: as many of them are independent as there are unknowns")
@@ -94,12 +97,12 @@ contains
          end if
       end if
       if (min(plan%unknowns_after, plan%eliminated) == 0) return
-      call reduce(plan, problem%mass, problem%symmetric, reduced%mass, error)
-      if (.not. allocated(error)) call reduce(plan, problem%stiffness, problem%symmetric, reduced%stiffness, error)
+      call reduce(plan%expansion, problem%mass, problem%symmetric, reduced%mass, error)
+      if (.not. allocated(error)) call reduce(plan%expansion, problem%stiffness, problem%symmetric, reduced%stiffness, error)
       if (allocated(error)) return
       if (allocated(problem%dampers)) then
          allocate (reduced%dampers)
-         call reduce(plan, problem%dampers, problem%symmetric, reduced%dampers, error)
+         call reduce(plan%expansion, problem%dampers, problem%symmetric, reduced%dampers, error)
          if (allocated(error)) return
       end if
       if (max(abs(problem%alpha), abs(problem%beta)) > 0) then
@@ -108,7 +111,7 @@ contains
          if (allocated(problem%dampers)) &
             reduced%damping = linear_combination(1.0_wp, reduced%damping, 1.0_wp, reduced%dampers)
       else
-         call reduce(plan, problem%damping, problem%symmetric, reduced%damping, error)
+         call reduce(plan%expansion, problem%damping, problem%symmetric, reduced%damping, error)
       end if
       if (allocated(problem%loss) .and. .not. allocated(error)) call reduce_loss(plan, problem, reduced, error)
       reduced%constraints = constraints
@@ -127,7 +130,7 @@ contains
          allocate (reduced%loss, source=times_factor(reduced%stiffness, problem%loss_factor))
       else
          allocate (reduced%loss)
-         call reduce(plan, problem%loss, problem%symmetric, reduced%loss, error)
+         call reduce(plan%expansion, problem%loss, problem%symmetric, reduced%loss, error)
       end if
    end subroutine reduce_loss
 
@@ -159,72 +162,59 @@ contains
       end associate
    end subroutine drop_rounding_of_constraints
 
-   ! Forms T: numbers the masters as unknowns of the reduced problem, and finds master and factor of each unknown.
-   subroutine number_unknowns(plan)
+   ! Confines bodies by their joints first, if more rows can be eliminated then.
+   subroutine try_confinement(clean, plan, constraints, error)
+      type(csr_matrix_type), intent(in) :: clean
       type(presolve_type), intent(inout) :: plan
-      real(wp) :: noise
-      integer :: number(0:plan%unknowns_before), i
+      !> The rows that stay.
+      type(csr_matrix_type), intent(inout) :: constraints
+      type(error_type), allocatable, intent(out) :: error
+      type(confinement_type) :: confinement
+      type(csr_matrix_type) :: fewer
+      type(ties_type) :: ties
 
-      allocate (plan%master(plan%unknowns_before), plan%factor(plan%unknowns_before))
+      call confine(clean, confinement, error)
+      if (allocated(error) .or. size(confinement%unknown) == 0) return
+      call eliminate(confinement%constraints, .true., ties, fewer, error)
+      if (allocated(error) .or. fewer%rows >= constraints%rows) return
+      plan%ties_type = ties
+      constraints = fewer
+      allocate (plan%confinement, source=confinement)
+   end subroutine try_confinement
+
+   ! Forms T, and numbers the masters as unknowns of the reduced problem, also in the constraints that stay.
+   subroutine number_unknowns(plan, constraints, error)
+      type(presolve_type), intent(inout) :: plan
+      type(csr_matrix_type), intent(inout) :: constraints
+      type(error_type), allocatable, intent(out) :: error
+      type(csr_matrix_type) :: shares
+      integer, allocatable :: row(:)
+      logical, allocatable :: stays(:)
+      real(wp) :: noise, factor(plan%unknowns_before)
+      integer :: number(0:plan%unknowns_before), master(plan%unknowns_before), i
+
       number(0) = 0
       do i = 1, plan%unknowns_before
          if (plan%parent(i) == i) plan%unknowns_after = plan%unknowns_after + 1
          number(i) = plan%unknowns_after
-         call plan%find_master(i, plan%master(i), plan%factor(i), noise)
+         call plan%find_master(i, master(i), factor(i), noise)
       end do
-      plan%master = number(plan%master)
+      master = number(master)
+      constraints%column = master(constraints%column)
+      constraints%columns = plan%unknowns_after
+      plan%expansion = identity_csr_matrix(plan%unknowns_before)
+      if (plan%eliminated == 0) return
+      if (allocated(plan%confinement)) then
+         call resolve(plan%confinement, plan%unknowns_before, shares, error)
+         if (allocated(error)) return
+      else
+         shares = plan%expansion
+      end if
+      allocate (row, source=shares%row_indices())
+      allocate (stays, source=master(shares%column) > 0)
+      call new_csr_from_triplets(plan%expansion, plan%unknowns_before, plan%unknowns_after, pack(row, stays), &
+         pack(master(shares%column), stays), pack(shares%value*factor(shares%column), stays), error)
    end subroutine number_unknowns
-
-   ! Computes T^T A T. Of a symmetric matrix one half is summed and mirrored, since sums in another order round differently.
-   subroutine reduce(plan, matrix, symmetric, reduced, error)
-      type(presolve_type), intent(in) :: plan
-      type(csr_matrix_type), intent(in) :: matrix
-      logical, intent(in) :: symmetric
-      type(csr_matrix_type), intent(out) :: reduced
-      type(error_type), allocatable, intent(out) :: error
-      integer, allocatable :: row(:), column(:)
-      real(wp), allocatable :: value(:)
-      integer(long) :: entries
-      integer :: r, k, i, j
-
-      entries = merge(2_long, 1_long, symmetric)*matrix%nonzeros() + 1
-      allocate (row(entries), column(entries), value(entries))
-      entries = 0
-      do r = 1, matrix%rows
-         do k = matrix%row_start(r), matrix%row_start(r + 1) - 1
-            i = plan%master(r)
-            j = plan%master(matrix%column(k))
-            if (i == 0 .or. j == 0 .or. (symmetric .and. i > j)) cycle
-            row(entries + 1:entries + 2) = [i, j]
-            column(entries + 1:entries + 2) = [j, i]
-            value(entries + 1:entries + 2) = plan%factor(r)*plan%factor(matrix%column(k))*matrix%value(k)
-            entries = entries + merge(2, 1, symmetric .and. i < j)
-         end do
-      end do
-      call new_csr_from_triplets(reduced, plan%unknowns_after, plan%unknowns_after, row(:entries), column(:entries), &
-         value(:entries), error)
-      if (.not. allocated(error)) call drop_rounding(row(:entries), column(:entries), value(:entries), reduced, error)
-   end subroutine reduce
-
-   ! Sets entries to zero whose sums cancel to rounding, if there is a row in which all sums do, as for a motion without forces.
-   subroutine drop_rounding(row, column, value, reduced, error)
-      integer, intent(in) :: row(:), column(:)
-      real(wp), intent(in) :: value(:)
-      type(csr_matrix_type), intent(inout) :: reduced
-      type(error_type), allocatable, intent(out) :: error
-      type(csr_matrix_type) :: terms
-      real(wp) :: largest(reduced%rows)
-      integer :: k
-
-      largest = 0
-      do k = 1, size(row)
-         largest(row(k)) = max(largest(row(k)), abs(value(k)))
-      end do
-      if (.not. any(reduced%row_maxima() < cancelled*largest)) return
-      call new_csr_from_triplets(terms, reduced%rows, reduced%columns, row, column, abs(value), error)
-      if (allocated(error)) return
-      where (abs(reduced%value) <= rounding_of_row*terms%value) reduced%value = 0
-   end subroutine drop_rounding
 
    !> Replaces damping and stiffness of the reduced problem by those of another problem with the same mass, constraints and
    !> units; patterns are unchanged.
@@ -236,54 +226,25 @@ contains
       logical, intent(out) :: fits
 
       fits = .not. (allocated(problem%dampers) .or. max(abs(problem%alpha), abs(problem%beta)) > 0)
-      if (fits) call overwrite_values(self, problem%stiffness, problem%symmetric, reduced%stiffness, fits)
-      if (fits) call overwrite_values(self, problem%damping, problem%symmetric, reduced%damping, fits)
+      if (fits) call put(problem%stiffness, reduced%stiffness)
+      if (fits) call put(problem%damping, reduced%damping)
       if (allocated(reduced%dampers)) deallocate (reduced%dampers)
-   end subroutine put_values
-
-   ! Overwrites the values of a reduced matrix by T^T A T. Of a symmetric matrix one half is summed, as in `reduce`.
-   subroutine overwrite_values(plan, matrix, symmetric, reduced, fits)
-      type(presolve_type), intent(in) :: plan
-      type(csr_matrix_type), intent(in) :: matrix
-      logical, intent(in) :: symmetric
-      type(csr_matrix_type), intent(inout) :: reduced
-      logical, intent(out) :: fits
-      real(wp) :: largest(reduced%rows), term
-      logical :: mirrored
-      integer :: r, k, i, j
-
-      mirrored = symmetric .and. plan%eliminated > 0
-      reduced%value = 0
-      largest = 0
-      fits = .true.
-      do r = 1, matrix%rows
-         do k = matrix%row_start(r), matrix%row_start(r + 1) - 1
-            i = plan%master(r)
-            j = plan%master(matrix%column(k))
-            if (i == 0 .or. j == 0 .or. (mirrored .and. i > j)) cycle
-            term = plan%factor(r)*plan%factor(matrix%column(k))*matrix%value(k)
-            if (allocated(plan%row_units)) term = plan%row_units(i)*term
-            call add(i, j)
-            if (mirrored .and. i < j) call add(j, i)
-            if (.not. fits) return
-         end do
-      end do
-      fits = .not. any(reduced%row_maxima() < cancelled*largest)
 
    contains
 
-      ! Adds the term to entry (i, j); it does not fit if that is not stored.
-      subroutine add(i, j)
-         integer, intent(in) :: i, j
-         integer :: place
+      ! Overwrites one matrix.
+      subroutine put(matrix, of_reduced)
+         type(csr_matrix_type), intent(in) :: matrix
+         type(csr_matrix_type), intent(inout) :: of_reduced
 
-         place = reduced%place_of(i, j)
-         fits = fits .and. place > 0
-         if (place == 0) return
-         reduced%value(place) = reduced%value(place) + term
-         largest(i) = max(largest(i), abs(term))
-      end subroutine add
-   end subroutine overwrite_values
+         if (allocated(self%row_units)) then
+            call overwrite_values(self%expansion, matrix, problem%symmetric .and. self%eliminated > 0, of_reduced, fits, &
+               self%row_units)
+         else
+            call overwrite_values(self%expansion, matrix, problem%symmetric .and. self%eliminated > 0, of_reduced, fits)
+         end if
+      end subroutine put
+   end subroutine put_values
 
    pure real(wp) function spread_of_units(self)
       class(presolve_type), intent(in) :: self
@@ -291,7 +252,10 @@ contains
       integer :: i
 
       do i = 1, self%unknowns_before
-         if (self%parent(i) == i) units(self%master(i)) = abs(self%factor(i))
+         if (self%parent(i) /= i) cycle
+         associate (t => self%expansion, k => self%expansion%row_start(i))
+            units(t%column(k)) = abs(t%value(k))
+         end associate
       end do
       spread_of_units = 1
       if (size(units) > 0) spread_of_units = maxval(units)/minval(units)
@@ -381,11 +345,10 @@ contains
    pure subroutine change_units(self, units)
       class(presolve_type), intent(inout) :: self
       real(wp), intent(in) :: units(:)
-      integer :: i
 
-      do i = 1, self%unknowns_before
-         if (self%master(i) > 0) self%factor(i) = self%factor(i)*units(self%master(i))
-      end do
+      associate (t => self%expansion)
+         t%value = t%value*units(t%column)
+      end associate
    end subroutine change_units
 
    pure subroutine change_row_units(self, units, constraints)
@@ -429,27 +392,33 @@ contains
       integer :: i, j, k
 
       k = size(pairs%lambda)
-      if (pairs%is_real()) then
-         allocate (real_phi(self%unknowns_before, k))
-         !$omp parallel do schedule(static) private(i) if (self%unknowns_before > panel_rows)
-         do j = 1, k
-            do i = 1, self%unknowns_before
-               real_phi(i, j) = self%factor(i)*pairs%real_phi(max(self%master(i), 1), j)
+      associate (t => self%expansion)
+         if (pairs%is_real()) then
+            allocate (real_phi(self%unknowns_before, k))
+            !$omp parallel do schedule(static) private(i) if (self%unknowns_before > panel_rows)
+            do j = 1, k
+               do i = 1, self%unknowns_before
+                  associate (first => t%row_start(i), last => t%row_start(i + 1) - 1)
+                     real_phi(i, j) = sum(t%value(first:last)*pairs%real_phi(t%column(first:last), j))
+                  end associate
+               end do
             end do
-         end do
-         !$omp end parallel do
-         call move_alloc(real_phi, pairs%real_phi)
-      else
-         allocate (phi(self%unknowns_before, k))
-         !$omp parallel do schedule(static) private(i) if (self%unknowns_before > panel_rows)
-         do j = 1, k
-            do i = 1, self%unknowns_before
-               phi(i, j) = self%factor(i)*pairs%phi(max(self%master(i), 1), j)
+            !$omp end parallel do
+            call move_alloc(real_phi, pairs%real_phi)
+         else
+            allocate (phi(self%unknowns_before, k))
+            !$omp parallel do schedule(static) private(i) if (self%unknowns_before > panel_rows)
+            do j = 1, k
+               do i = 1, self%unknowns_before
+                  associate (first => t%row_start(i), last => t%row_start(i + 1) - 1)
+                     phi(i, j) = sum(t%value(first:last)*pairs%phi(t%column(first:last), j))
+                  end associate
+               end do
             end do
-         end do
-         !$omp end parallel do
-         call move_alloc(phi, pairs%phi)
-      end if
+            !$omp end parallel do
+            call move_alloc(phi, pairs%phi)
+         end if
+      end associate
    end subroutine expand_shapes
 
    !> Restricts phi = T y and xi, n and m entries, to y and the multipliers of the reduced problem, n' and m' entries.
@@ -457,12 +426,22 @@ contains
       class(presolve_type), intent(in) :: self
       complex(wp), intent(in) :: phi(:), xi(:)
       complex(wp), intent(out) :: y(:), xi_reduced(:)
+      complex(wp), allocatable :: reactions(:)
       integer :: i
 
       do i = 1, self%unknowns_before
-         if (self%parent(i) == i) y(self%master(i)) = phi(i)/self%factor(i)
+         if (self%parent(i) /= i) cycle
+         associate (t => self%expansion, k => self%expansion%row_start(i))
+            y(t%column(k)) = phi(i)/t%value(k)
+         end associate
       end do
-      xi_reduced = xi(self%kept)
+      if (allocated(self%confinement)) then
+         reactions = xi
+         call convert_multipliers(self%confinement, reactions)
+         xi_reduced = reactions(self%kept)
+      else
+         xi_reduced = xi(self%kept)
+      end if
       call contract_reactions(self, xi_reduced)
    end subroutine contract
 
@@ -471,15 +450,17 @@ contains
       class(presolve_type), intent(in) :: self
       complex(wp), intent(in) :: f(:, :)
       complex(wp) :: restricted(self%unknowns_after, size(f, 2))
-      integer :: i, j
+      integer :: i, j, k
 
       restricted = 0
-      do j = 1, size(f, 2)
-         do i = 1, self%unknowns_before
-            associate (master => self%master(i))
-               if (master > 0) restricted(master, j) = restricted(master, j) + self%factor(i)*f(i, j)
-            end associate
+      associate (t => self%expansion)
+         do j = 1, size(f, 2)
+            do i = 1, self%unknowns_before
+               do k = t%row_start(i), t%row_start(i + 1) - 1
+                  restricted(t%column(k), j) = restricted(t%column(k), j) + t%value(k)*f(i, j)
+               end do
+            end do
          end do
-      end do
+      end associate
    end function restrict
 end module kschur_presolve
