@@ -58,7 +58,8 @@ contains
       do j = 1, size(missing)
          if (missing(j)) call set_missing(left, j)
       end do
-      call split(pairs%lambda, same_value*abs(pairs%lambda), clusters, max_members=size(missing))
+      call split(pairs%lambda, same_value*abs(pairs%lambda), clusters, max_members=size(missing), &
+         lossy=allocated(problem%loss))
       all_found = .true.
       do i = 1, size(clusters)
          associate (members => clusters(i)%members)

@@ -65,8 +65,9 @@ contains
    end subroutine accept_pairs
 
    !> Makes modes from eigenpairs as `accept_pairs` does, but keeps inaccurate pairs among the nearest, so that they can be refined,
-   !> and does not compute the errors of zeros. Sets the number found, and as `unlisted` the inaccurate pairs that are dropped
-   !> because there are more pairs than finite eigenvalues.
+   !> and does not compute the errors of zeros; with losses also those next to the real axis below it, which `drop_spurious` drops
+   !> once they are accurate. Sets the number found, as `unlisted` the inaccurate pairs that are dropped because there are more
+   !> pairs than finite eigenvalues, and as `infinite` those of infinite eigenvalues.
    subroutine judge_pairs(problem, request, pairs, modes)
       type(modal_problem_type), intent(in) :: problem
       type(mode_request_type), intent(in) :: request
@@ -104,6 +105,7 @@ contains
       ! A pair that is inaccurate and not listed will not be refined: it is not counted as found.
       accepted = accepted .and. modes%backward_error <= spurious
       accepted(:k) = accepted(:k) .and. .not. modes%uncertainty(:k) > no_correct_digits*abs(pairs%lambda(:k))
+      accepted = accepted .and. aimag(pairs%lambda) >= 0
       accepted(order) = .true.
       modes%found = eigenvalues_of(pairs%lambda, accepted)
       allocate (rigid_index, source=[spread(0, 1, k), (j, j=1, request%rigid), &
@@ -142,8 +144,8 @@ contains
       !$omp end parallel do
    end subroutine normalize_first
 
-   ! Drops pairs of infinite eigenvalues: inaccurate ones far above all accurate ones, and those in excess of the number of finite
-   ! eigenvalues.
+   ! Drops pairs of infinite eigenvalues, and lists them: inaccurate ones far above all accurate ones, and those in excess of the
+   ! number of finite eigenvalues.
    subroutine drop_infinite(problem, request, lambda, modes, accepted, inaccurate)
       type(modal_problem_type), intent(in) :: problem
       type(mode_request_type), intent(in) :: request
@@ -211,10 +213,10 @@ contains
          request%search_radius + max(nearly_zero*min(request%search_radius, abs(lambda(order))), equal_value*abs(lambda(order))))
       chosen = 0
       do j = 1, complete
-         if (aimag(lambda(order(j))) >= 0) chosen = chosen + 1
          if (chosen == request%modes) exit
+         if (aimag(lambda(order(j))) >= 0) chosen = chosen + 1
       end do
-      order = order(:min(complete, j))
+      order = order(:j - 1)
    end subroutine select_nearest
 
    ! Moves eigenpairs into modes.

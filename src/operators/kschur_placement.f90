@@ -19,7 +19,7 @@ module kschur_placement
       real(wp), allocatable :: factors(:)
       !> Upper bound of the dimension of the null space of the constraints.
       integer :: motions = huge(1)
-      !> Whether the solver has factored the matrix already.
+      !> Whether the solver has factored the matrix already, so that symmetric forms do not make it.
       logical :: factored = .false.
       !> Whether vectors of a pencil include multipliers, and are not purified.
       logical :: raw = .false.

@@ -204,8 +204,7 @@ contains
    end subroutine move_to_axis
 
    ! Moves the eigenvalue of pair j to the real axis if it is near, and if the real part of the shape, rotated to be as real as
-   ! possible, has a residual there that is no larger than rounding allows. With losses only rounding is removed: nothing pairs
-   ! eigenvalues near the axis.
+   ! possible, has a residual there that is no larger than rounding allows. With losses the shape stays as it is.
    subroutine move_to_real_axis(problem, pairs, j, products, l, factor)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(inout) :: pairs
@@ -223,13 +222,18 @@ contains
       factor = 0
       associate (lambda => pairs%lambda(j))
          if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > blurred_value*abs(lambda)) return
-         ! Losses take eigenvalues off the axis.
-         if (allocated(problem%loss) .and. abs(aimag(lambda)) > real_tolerance*abs(lambda)) return
+         on_axis = cmplx(real(lambda, wp), 0, wp)
+         if (allocated(problem%loss)) then
+            ! Losses take eigenvalues off the axis, and shapes of real ones need not be real.
+            if (abs(aimag(lambda)) > real_tolerance*abs(lambda)) return
+            if (residual_at(problem, pairs, j, on_axis) <= &
+               max(cancelled, allowed_residual(residual_at(problem, pairs, j, lambda)))) lambda = on_axis
+            return
+         end if
          rotation = real_phase(cmplx(products%square(l), kind=wp))
          rotated = products%real_part(l, rotation)
          if (.not. rotated%length(1) > 0) return
          rotation = rotation/rotated%length(1)
-         on_axis = cmplx(real(lambda, wp), 0, wp)
          limit = residual_at(problem, pairs, j, lambda)
          if (problem%symmetric .and. is_paired(pairs, j)) then
             ! The real shape u must give u^T P(lambda) u real roots, or a double one to rounding.
@@ -237,8 +241,7 @@ contains
             terms = forms(2)**2 + 4*abs(forms(1)*forms(3))
             if (.not. (forms(2)**2 - 4*forms(1)*forms(3) >= -rounding_of_row*terms)) return
             limit = allowed_residual(sqrt(limit))
-         else if (.not. (is_paired(pairs, j) .or. allocated(problem%loss)) .and. &
-            abs(aimag(lambda)) <= real_tolerance*abs(lambda)) then
+         else if (.not. is_paired(pairs, j) .and. abs(aimag(lambda)) <= real_tolerance*abs(lambda)) then
             limit = max(real_tolerance, allowed_residual(limit))
          else if (is_paired(pairs, j)) then
             ! A pair counts as two eigenvalues either way: an inaccurate one is left for polishing to decide.

@@ -69,7 +69,7 @@ contains
          if (allocated(error)) return
       end do
       call s%effort%add_solves(polisher%solver)
-      if (s%dense .and. s%transform%certificate%verdict == certified_yes) not_found = .false.
+      if (is_counted(s)) not_found = .false.
       ! These are infinite eigenvalues moved by rounding, or modes.
       modes%unlisted = [modes%unlisted, pack(modes%lambda, not_found)]
       call modes%drop(replaced .or. not_found)
@@ -79,6 +79,13 @@ contains
       call judge_pairs(s%work, mode_request_type(target=s%options%target, reference=s%reference()), found, new_modes)
       call modes%append(new_modes)
    end subroutine finish_modes
+
+   ! Whether all eigenvalues were computed densely, and a certificate confirms their number.
+   pure logical function is_counted(s)
+      type(solve_context_type), intent(in) :: s
+
+      is_counted = s%dense .and. s%transform%certificate%verdict == certified_yes
+   end function is_counted
 
    ! Removes pairs whose states are linearly dependent on those of known pairs with nearly the same eigenvalue.
    subroutine drop_dependent(pairs, known)
@@ -256,14 +263,15 @@ contains
          if (cluster%on_axis) number = number + count(certain .and. abs(aimag(modes%lambda(cluster%members))) > 0)
       end function least_number
 
-      ! Whether the polished pairs replace the members: they are as many as the members that are certain, and all Ritz values in
-      ! the cluster are accurate; or they are as many as the members, and accurate enough or more accurate.
+      ! Whether the polished pairs replace the members: they are as many as the members that are certain (all, if a certificate
+      ! counts them), and all Ritz values in the cluster are accurate; or they are as many as the members, and accurate enough or
+      ! more accurate.
       logical function is_accepted()
          integer :: number_before
 
          number_before = size(members%lambda)
          if (cluster%on_axis) number_before = number_before + count(abs(aimag(members%lambda)) > 0)
-         is_accepted = (polished%complete .and. polished%eigenvalues >= least_number()) .or. &
+         is_accepted = (polished%complete .and. polished%eigenvalues >= merge(number_before, least_number(), is_counted(s))) .or. &
             (polished%eigenvalues >= number_before .and. &
             (polished%worst() <= polisher%tolerance .or. polished%worst() < maxval(judgement%errors(cluster%members))))
       end function is_accepted

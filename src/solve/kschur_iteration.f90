@@ -65,6 +65,7 @@ contains
       options%processes => s%processes
       ! The count of the certificate frees the whole matrices, as further factors need their memory.
       call s%announce_phase("iteration", whole_iterated, error)
+      if (allocated(error)) return
       do
          call s%transform%iterate(selection, options, ritz, error, s%monitor)
          if (allocated(error)) exit

@@ -107,6 +107,8 @@ contains
             all(abs(modes%lambda(members)) > 0 .and. .not. are_known(s, modes%lambda(members)))
          ! Real shapes of copies would become complex ones.
          if (size(members) > 1 .and. modes%is_real()) may_refine = .false.
+         ! With losses an eigenvalue on the real axis would get a side of it by rounding.
+         if (s%is_lossy() .and. .not. all(abs(aimag(modes%lambda(members))) > 0)) may_refine = .false.
       end associate
    end function may_refine
 

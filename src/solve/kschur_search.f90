@@ -60,14 +60,15 @@ contains
          if (.not. allocated(error)) call expand_modes(s, modes, error)
          if (allocated(error)) return
       end if
+      ! With losses, refinement may have moved eigenvalues below the real axis: they are no modes.
+      call modes%drop(aimag(modes%lambda) < 0)
       allocate (order, source=nearest_first(modes%lambda, s%options%target))
       call modes%take(order(:min(size(order), s%options%modes)))
       call drop_spurious(modes)
       if (s%is_stopped()) modes%reason = reason_cancelled
-      if (all_known(s, modes)) then
-         modes%unlisted = [complex(wp) ::]
-         modes%infinite = [complex(wp) ::]
-      end if
+      if (all_known(s, modes)) modes%unlisted = [complex(wp) ::]
+      ! A count tells of finite eigenvalues among them.
+      if (all_known(s, modes) .or. s%transform%certificate%verdict == certified_yes) modes%infinite = [complex(wp) ::]
       call keep_nearer_unlisted(mode_request_type(s%options%modes, s%options%target), modes)
       call set_reason(s, complete, modes)
       call certify_by_count(s, modes)
@@ -343,9 +344,8 @@ contains
       associate (total => s%known%total)
          all_found = complete .and. size(modes%unlisted) == 0
          if (total%exact) all_found = modes%found == total%number
-         ! With losses the modes are not counted: if no eigenvalue is infinite, those taken as such are finite.
-         if (s%is_lossy() .and. total%number >= 2*(s%work%unknowns() - s%work%multipliers())) &
-            all_found = all_found .and. size(modes%infinite) == 0
+         ! With losses the modes are not counted: where all unknowns have mass, those taken as infinite are finite.
+         if (s%is_lossy() .and. all(s%work%mass%row_maxima() > 0)) all_found = all_found .and. size(modes%infinite) == 0
          if (any(modes%reason == [reason_max_restarts, reason_cancelled]) .and. .not. (total%exact .and. all_found)) then
             ! The converged modes need not be the nearest ones.
             return
