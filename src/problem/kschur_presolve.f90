@@ -389,30 +389,32 @@ contains
       class(eigenpairs_type), intent(inout) :: pairs
       real(wp), allocatable :: real_phi(:, :)
       complex(wp), allocatable :: phi(:, :)
-      integer :: i, j, k
+      integer :: i, j, k, l
 
       k = size(pairs%lambda)
       associate (t => self%expansion)
          if (pairs%is_real()) then
             allocate (real_phi(self%unknowns_before, k))
-            !$omp parallel do schedule(static) private(i) if (self%unknowns_before > panel_rows)
+            !$omp parallel do schedule(static) private(i, l) if (self%unknowns_before > panel_rows)
             do j = 1, k
                do i = 1, self%unknowns_before
-                  associate (first => t%row_start(i), last => t%row_start(i + 1) - 1)
-                     real_phi(i, j) = sum(t%value(first:last)*pairs%real_phi(t%column(first:last), j))
-                  end associate
+                  real_phi(i, j) = 0
+                  do l = t%row_start(i), t%row_start(i + 1) - 1
+                     real_phi(i, j) = real_phi(i, j) + t%value(l)*pairs%real_phi(t%column(l), j)
+                  end do
                end do
             end do
             !$omp end parallel do
             call move_alloc(real_phi, pairs%real_phi)
          else
             allocate (phi(self%unknowns_before, k))
-            !$omp parallel do schedule(static) private(i) if (self%unknowns_before > panel_rows)
+            !$omp parallel do schedule(static) private(i, l) if (self%unknowns_before > panel_rows)
             do j = 1, k
                do i = 1, self%unknowns_before
-                  associate (first => t%row_start(i), last => t%row_start(i + 1) - 1)
-                     phi(i, j) = sum(t%value(first:last)*pairs%phi(t%column(first:last), j))
-                  end associate
+                  phi(i, j) = 0
+                  do l = t%row_start(i), t%row_start(i + 1) - 1
+                     phi(i, j) = phi(i, j) + t%value(l)*pairs%phi(t%column(l), j)
+                  end do
                end do
             end do
             !$omp end parallel do
