@@ -88,32 +88,43 @@ contains
       !> Q, n x n.
       type(csr_matrix_type), intent(out) :: shares
       type(error_type), allocatable, intent(out) :: error
+      ! Of confined unknowns; others stand for themselves.
       type(row_type) :: resolved(unknowns)
       integer, allocatable :: row(:), column(:)
       real(wp), allocatable :: value(:)
-      integer :: i, k, l, entries
+      integer :: i, k, l, entries, last
 
-      do i = 1, unknowns
-         resolved(i)%column = [i]
-         resolved(i)%value = [1.0_wp]
-      end do
       entries = unknowns
       do k = size(self%unknown), 1, -1
-         associate (of_unknown => resolved(self%unknown(k)))
-            deallocate (of_unknown%column, of_unknown%value)
-            allocate (of_unknown%column(0), of_unknown%value(0))
-            do l = self%start(k), self%start(k + 1) - 1
-               associate (master => resolved(self%master(l)))
-                  of_unknown%column = [of_unknown%column, master%column]
-                  of_unknown%value = [of_unknown%value, self%share(l)*master%value]
+         associate (of_unknown => resolved(self%unknown(k)), masters => self%master(self%start(k):self%start(k + 1) - 1))
+            last = sum([(size_of(resolved(masters(l))), l=1, size(masters))])
+            allocate (of_unknown%column(last), of_unknown%value(last))
+            entries = entries + last
+            last = 0
+            do l = 1, size(masters)
+               associate (first => last + 1, share => self%share(self%start(k) + l - 1))
+                  last = last + size_of(resolved(masters(l)))
+                  if (allocated(resolved(masters(l))%column)) then
+                     of_unknown%column(first:last) = resolved(masters(l))%column
+                     of_unknown%value(first:last) = share*resolved(masters(l))%value
+                  else
+                     of_unknown%column(last) = masters(l)
+                     of_unknown%value(last) = share
+                  end if
                end associate
             end do
-            entries = entries + size(of_unknown%column)
          end associate
       end do
       allocate (row(entries), column(entries), value(entries))
       entries = 0
       do i = 1, unknowns
+         if (.not. allocated(resolved(i)%column)) then
+            entries = entries + 1
+            row(entries) = i
+            column(entries) = i
+            value(entries) = 1
+            cycle
+         end if
          do k = 1, size(resolved(i)%column)
             entries = entries + 1
             row(entries) = i
@@ -123,4 +134,12 @@ contains
       end do
       call new_csr_from_triplets(shares, unknowns, unknowns, row(:entries), column(:entries), value(:entries), error)
    end subroutine resolve
+
+   ! Number of entries of an unknown.
+   pure integer function size_of(of_unknown)
+      type(row_type), intent(in) :: of_unknown
+
+      size_of = 1
+      if (allocated(of_unknown%column)) size_of = size(of_unknown%column)
+   end function size_of
 end module kschur_confinement

@@ -135,7 +135,7 @@ contains
       integer, allocatable :: column(:)
       real(xp), allocatable :: value(:)
       real(xp) :: ratio, change
-      integer :: at(1), i, k, r, l
+      integer :: at(1), i, k, r, l, entries
 
       i = work%first(unknown)
       do while (i > 0)
@@ -145,16 +145,19 @@ contains
          at = findloc(work%row(r)%column, unknown)
          if (at(1) == 0) cycle
          ratio = work%row(r)%value(at(1))
-         column = work%row(r)%column
-         value = work%row(r)%value
+         entries = size(work%row(r)%column)
+         call make_room(entries + size(work%row(p)%column))
+         column(:entries) = work%row(r)%column
+         value(:entries) = work%row(r)%value
          associate (pivot_row => work%row(p))
             ratio = ratio/pivot_row%value(findloc(pivot_row%column, unknown, 1))
             do k = 1, size(pivot_row%column)
                change = -ratio*pivot_row%value(k)
-               l = findloc(column, pivot_row%column(k), 1)
+               l = findloc(column(:entries), pivot_row%column(k), 1)
                if (l == 0) then
-                  column = [column, pivot_row%column(k)]
-                  value = [value, change]
+                  entries = entries + 1
+                  column(entries) = pivot_row%column(k)
+                  value(entries) = change
                else if (pivot_row%column(k) == unknown .or. &
                   abs(value(l) + change) <= rounding_of_row*max(abs(value(l)), abs(change))) then
                   value(l) = 0
@@ -164,11 +167,24 @@ contains
             end do
          end associate
          call add_operation(work, r, p, ratio)
-         column = pack(column, abs(value) > 0)
-         value = pack(value, abs(value) > 0)
-         call put_row(work, r, column, value)
+         associate (is_entry => abs(value(:entries)) > 0)
+            call put_row(work, r, pack(column(:entries), is_entry), pack(value(:entries), is_entry))
+         end associate
          call add_seed(work, r)
       end do
+
+   contains
+
+      ! Makes room for a row with so many entries; its contents are lost.
+      subroutine make_room(length)
+         integer, intent(in) :: length
+
+         if (allocated(column)) then
+            if (size(column) >= length) return
+            deallocate (column, value)
+         end if
+         allocate (column(2*length), value(2*length))
+      end subroutine make_room
    end subroutine substitute
 
    !> Copies the result.
