@@ -120,7 +120,7 @@ def number(fraction):
 
 
 # What is nearer to the real axis than this part of itself may be above or below it.
-BESIDE_AXIS = 1e-5
+BESIDE_AXIS = 1e-8
 # Where entries differ by more than this factor, doubles do not tell null vectors.
 WIDE = 2**20
 
