@@ -91,8 +91,6 @@ contains
       call set_rigid_motions(problem, rigid, examination)
       needs_root_spaces = modes > (problem%unknowns() - problem%multipliers())/most_part .or. &
          all(formulation /= [formulation_symmetric, formulation_proportional])
-      ! Jordan chains are computed from M, R and K only.
-      if (allocated(problem%loss) .and. formulation /= formulation_proportional) needs_root_spaces = .false.
       if (needs_root_spaces) call find_root_spaces(problem, formulation, inner, rigid, examination, effort, error, monitor)
       ! The factors serve a shift at zero only if their null space is that of the rigid motions.
       if (.not. allocated(error) .and. examination%lossy == 0) call move_alloc(rigid, examination%stiffness)
@@ -244,7 +242,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), optional, intent(inout) :: monitor
       type(null_space_type) :: massless
+      logical :: lossy
 
+      lossy = allocated(problem%loss) .and. formulation /= formulation_proportional
       associate (deflation => examination%deflation)
          deflation%oscillator = all(formulation /= [formulation_quadratic, formulation_low_rank, formulation_damped, &
             formulation_damped_constrained, formulation_damped_constrained_zero])
@@ -252,11 +252,13 @@ contains
             examination%chains_skipped = deflation%not_deflated
          else if (deflation%not_deflated > 0) then
             call find_chains(deflation%zero, rigid, problem%mass)
-            if (.not. allocated(error) .and. problem%symmetric .and. .not. deflation%oscillator) &
+            if (lossy) call drop_complex_chains(deflation%zero, size(rigid%motions, 2), error)
+            if (.not. (allocated(error) .or. lossy) .and. problem%symmetric .and. .not. deflation%oscillator) &
                call add_decays(problem, rigid, examination, error)
             if (allocated(error)) return
          end if
-         if (count(.not. problem%mass%row_maxima() > 0) > most_massless) return
+         ! With losses the chains of infinity are complex.
+         if (lossy .or. count(.not. problem%mass%row_maxima() > 0) > most_massless) return
          deflation%infinite_is_known = problem%symmetric .or. problem%mass%is_symmetric()
          if (deflation%infinite_is_known) deflation%infinite_is_known = is_definite(problem%mass)
          if (deflation%infinite_is_known) return
@@ -284,6 +286,24 @@ contains
          end if
       end subroutine find_chains
    end subroutine find_root_spaces
+
+   ! Drops a root space of zero that was computed from K in the place of K + i H, unless it is the same: no state behind the null
+   ! vectors was solved for. Otherwise its chains are complex, and an iteration finds them.
+   subroutine drop_complex_chains(space, null_vectors, error)
+      type(root_space_type), intent(inout) :: space
+      integer, intent(in) :: null_vectors
+      !> `error_singular` of chains of K without an end is dropped, too.
+      type(error_type), allocatable, intent(inout) :: error
+      logical :: same
+
+      same = .not. allocated(error)
+      if (same) then
+         same = .not. any(abs(space%x(:, null_vectors + 1:)) > 0)
+      else if (error%code == error_singular) then
+         deallocate (error)
+      end if
+      if (.not. same) space = root_space_type()
+   end subroutine drop_complex_chains
 
    ! Adds the decays of rigid motions that are below the rounding of the stiffness, so that no iteration could resolve them, to the
    ! root space of zero and to the rigid motions.

@@ -2,8 +2,10 @@
 !> space of the constraints.
 module kschur_complex_dense_transform
    use kschur_deflation, only: deflation_type
+   use kschur_dense_eigenpairs, only: dense_eigenpairs_type, matrix_eigenpairs
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_error, only: error_type
+   use kschur_invariant, only: invariant_type
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
    use kschur_linear_solver, only: complex_linear_solver_type, linear_solver_type
@@ -12,7 +14,6 @@ module kschur_complex_dense_transform
    use kschur_operator, only: complex_operator_type
    use kschur_outcome, only: history_type, reason_cancelled, reason_fewer_modes
    use kschur_problem, only: modal_problem_type
-   use kschur_projected, only: independent_eigenvectors, schur_form
    use kschur_selection, only: order_by_preference
    use kschur_spare_solvers, only: spare_solvers_type
    use kschur_tolerances, only: twelve_digits
@@ -25,8 +26,8 @@ module kschur_complex_dense_transform
    type, extends(transform_type) :: complex_dense_transform_type
       !> A complex quadratic transform, factored.
       class(transform_type), allocatable :: form
-      ! Eigenvalues and Schur form of the operator on a basis of motions.
-      complex(wp), allocatable, private :: values(:), triangle(:, :), schur(:, :)
+      ! Those of the operator on states in the span of some motions, in the coordinates of these.
+      type(dense_eigenpairs_type), private :: pairs
       real(wp), allocatable, private :: motions(:, :)
       ! Whether an earlier iteration has counted the applications.
       logical, private :: counted = .false.
@@ -43,30 +44,35 @@ module kschur_complex_dense_transform
 
 contains
 
-   !> Computes the Schur form of an operator on states (x, v) in the span of some motions.
-   subroutine new_complex_dense_transform(transform, operator, motions, error)
+   !> Computes the eigenpairs of an operator on states (x, v) in the span of some motions, without those of an invariant subspace.
+   subroutine new_complex_dense_transform(transform, operator, motions, invariant, error)
       type(complex_dense_transform_type), intent(out) :: transform
       !> Operator of the form to be taken.
       class(complex_operator_type), intent(inout) :: operator
       !> Orthonormal basis, n x p; deallocated.
       real(wp), allocatable, intent(inout) :: motions(:, :)
+      !> In the span of the states.
+      type(invariant_type), intent(in) :: invariant
       type(error_type), allocatable, intent(out) :: error
-      complex(wp), allocatable :: states(:, :), images(:, :), t(:, :), u(:, :)
+      complex(wp), allocatable :: states(:, :), images(:, :), t(:, :)
+      type(invariant_type) :: projected
       integer :: n, p
 
       n = size(motions, 1)
       p = size(motions, 2)
       allocate (states(2*n, 2*p), images(2*n, 2*p), source=(0.0_wp, 0.0_wp))
-      allocate (t(2*p, 2*p), u(2*p, 2*p), transform%values(2*p))
+      allocate (t(2*p, 2*p))
       states(:n, :p) = motions
       states(n + 1:, p + 1:) = motions
       if (p > 0) call operator%apply(states, images, error)
       if (allocated(error)) return
       t(:p, :) = matmul(transpose(motions), images(:n, :))
       t(p + 1:, :) = matmul(transpose(motions), images(n + 1:, :))
-      call schur_form(t, u, transform%values, error)
-      call move_alloc(t, transform%triangle)
-      call move_alloc(u, transform%schur)
+      allocate (projected%vectors(2*p, size(invariant%vectors, 2)))
+      projected%vectors(:p, :) = matmul(transpose(motions), invariant%vectors(:n, :))
+      projected%vectors(p + 1:, :) = matmul(transpose(motions), invariant%vectors(n + 1:, :))
+      projected%projected = invariant%projected
+      call matrix_eigenpairs(t, projected, twelve_digits, transform%pairs, error)
       call move_alloc(motions, transform%motions)
    end subroutine new_complex_dense_transform
 
@@ -95,17 +101,19 @@ contains
 
       associate (unused => options, none => error)
       end associate
-      if (.not. self%counted) ritz%statistics%operator_applications = size(self%values)
+      if (.not. self%counted) ritz%statistics%operator_applications = 2*size(self%motions, 2)
       self%counted = .true.
-      ! Ritz values at rounding level are infinite eigenvalues.
-      associate (finite => pack(self%values, abs(self%values) > epsilon(1.0_wp)*maxval([0.0_wp, abs(self%values)])))
-         needed = selection%needed(finite(order_by_preference(selection, finite)))
-         converged = min(needed, size(finite))
+      associate (values => self%pairs%values)
+         ! Ritz values at rounding level are infinite eigenvalues.
+         associate (finite => pack(values, abs(values) > epsilon(1.0_wp)*maxval([0.0_wp, abs(values)])))
+            needed = selection%needed(finite(order_by_preference(selection, finite)))
+            converged = min(needed, size(finite))
+         end associate
+         if (needed > converged) ritz%statistics%reason = reason_fewer_modes
+         allocate (chosen, source=order_by_preference(selection, values))
+         chosen = chosen(:converged)
+         allocate (ritz%mu(converged), source=values(chosen))
       end associate
-      if (needed > converged) ritz%statistics%reason = reason_fewer_modes
-      allocate (chosen, source=order_by_preference(selection, self%values))
-      chosen = chosen(:converged)
-      allocate (ritz%mu(converged), source=self%values(chosen))
       call expand(self, chosen, ritz%vectors)
       proceed = .true.
       if (present(monitor)) call monitor%report(0, converged, needed, 0.0_wp, proceed)
@@ -116,7 +124,7 @@ contains
       end associate
    end subroutine iterate
 
-   ! Computes selected eigenvectors of the Schur form, as states (x, v).
+   ! Computes selected eigenvectors, as states (x, v).
    subroutine expand(self, chosen, vectors)
       class(complex_dense_transform_type), intent(in) :: self
       integer, intent(in) :: chosen(:)
@@ -126,8 +134,7 @@ contains
 
       n = size(self%motions, 1)
       p = size(self%motions, 2)
-      call independent_eigenvectors(self%triangle, twelve_digits, chosen, y)
-      y = matmul(self%schur, y)
+      allocate (y, source=self%pairs%vectors(chosen))
       allocate (vectors(2*n, size(chosen)))
       vectors(:n, :) = matmul(self%motions, y(:p, :))
       vectors(n + 1:, :) = matmul(self%motions, y(p + 1:, :))

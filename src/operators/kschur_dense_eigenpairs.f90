@@ -30,7 +30,7 @@ module kschur_dense_eigenpairs
       procedure :: vectors, real_vectors
    end type dense_eigenpairs_type
 
-   !> As `general_eigenpairs` for a given matrix, in its own coordinates; all of a complex one.
+   !> As `general_eigenpairs` for a given matrix, in its own coordinates.
    interface matrix_eigenpairs
       module procedure real_matrix_eigenpairs, complex_matrix_eigenpairs
    end interface matrix_eigenpairs
@@ -39,7 +39,7 @@ module kschur_dense_eigenpairs
    type :: reflections_type
       real(wp), allocatable :: vectors(:, :), tau(:), triangle(:, :)
    contains
-      procedure :: apply
+      procedure :: apply, apply_to_complex
    end type reflections_type
 
    ! Block size of LAPACK.
@@ -177,17 +177,41 @@ contains
       call householder%apply("L", "N", pairs%basis)
    end subroutine real_matrix_eigenpairs
 
-   subroutine complex_matrix_eigenpairs(matrix, noise, pairs, error)
+   subroutine complex_matrix_eigenpairs(matrix, invariant, noise, pairs, error)
       !> Square; deallocated.
       complex(wp), allocatable, intent(inout) :: matrix(:, :)
+      type(invariant_type), intent(in) :: invariant
       real(wp), intent(in) :: noise
       type(dense_eigenpairs_type), intent(out) :: pairs
       type(error_type), allocatable, intent(out) :: error
+      type(reflections_type) :: householder
+      complex(wp), allocatable :: t(:, :), u(:, :)
+      integer :: k, s, i
 
-      allocate (pairs%values(size(matrix, 1)), pairs%complex_basis(size(matrix, 1), size(matrix, 1)))
+      k = size(matrix, 1)
+      s = size(invariant%vectors, 2)
+      allocate (pairs%values(k - s), u(k - s, k - s))
+      call factor(householder, invariant%vectors, error)
+      if (allocated(error)) return
+      call householder%apply_to_complex("R", "N", matrix)
+      call householder%apply_to_complex("L", "T", matrix)
+      allocate (t, source=matrix(s + 1:, s + 1:))
+      call schur_form(t, u, pairs%values, error)
+      if (allocated(error)) return
       pairs%noise = noise
-      call schur_form(matrix, pairs%complex_basis, pairs%values, error)
       call move_alloc(matrix, pairs%complex_schur)
+      associate (schur => pairs%complex_schur, triangle => householder%triangle, projected => invariant%projected)
+         schur(:s, :s) = cmplx(similarity(triangle, real(projected, wp)), similarity(triangle, aimag(projected)), wp)
+         schur(:s, s + 1:) = matmul(schur(:s, s + 1:), u)
+         schur(s + 1:, :s) = 0
+         schur(s + 1:, s + 1:) = t
+      end associate
+      allocate (pairs%complex_basis(k, k), source=(0.0_wp, 0.0_wp))
+      do i = 1, s
+         pairs%complex_basis(i, i) = 1
+      end do
+      pairs%complex_basis(s + 1:, s + 1:) = u
+      call householder%apply_to_complex("L", "N", pairs%complex_basis)
    end subroutine complex_matrix_eigenpairs
 
    ! Schur form of [R T R^{-1}, H], and the Schur vectors of the block after the invariant subspace.
@@ -253,6 +277,20 @@ contains
          size(c, 1), work, size(work), info)
    end subroutine apply
 
+   subroutine apply_to_complex(self, side, trans, c)
+      class(reflections_type), intent(in) :: self
+      character, intent(in) :: side, trans
+      complex(wp), intent(inout) :: c(:, :)
+      real(wp), dimension(size(c, 1), size(c, 2)) :: re, im
+
+      if (size(self%tau) == 0) return
+      re = real(c, wp)
+      im = aimag(c)
+      call self%apply(side, trans, re)
+      call self%apply(side, trans, im)
+      c = cmplx(re, im, wp)
+   end subroutine apply_to_complex
+
    ! R T R^{-1} of two triangular matrices.
    pure function similarity(r, t)
       real(wp), intent(in) :: r(:, :), t(:, :)
@@ -276,7 +314,7 @@ contains
 
       l = size(chosen)
       if (allocated(self%complex_schur)) then
-         call independent_eigenvectors(self%complex_schur, self%noise, chosen, y)
+         call independent_eigenvectors(self%complex_schur, self%noise, size(self%complex_schur, 1) - size(self%values) + chosen, y)
          allocate (vectors, source=matmul(self%complex_basis, y))
          do j = 1, l
             vectors(:, j) = vectors(:, j)/norm2(abs(vectors(:, j)))

@@ -105,12 +105,16 @@ contains
       order(2::2) = k + order(::2)
       factors(::2) = sqrt(max(abs(self%values(order(::2))), epsilon(1.0_wp)**2*maxval(abs(self%values)), tiny(1.0_wp)))
       factors(2::2) = 1/unit
+      zero_space = zero_and_infinite(zero, none, 2*k, cmplx(tau, 0, wp), unit, oscillator=.false.)
+      do j = 1, size(zero_space%vectors, 2)
+         zero_space%vectors(:, j) = zero_space%vectors(order, j)/factors
+      end do
       if (self%map%upper) then
          allocate (lossy(2*k, 2*k))
          do j = 1, 2*k
             lossy(:, j) = matrix(order, order(j))*(factors(j)/factors)
          end do
-         call matrix_eigenpairs(lossy, twelve_digits, pairs, error)
+         call matrix_eigenpairs(lossy, zero_space, twelve_digits, pairs, error)
          if (allocated(error)) return
          do j = 1, 2*k
             matrix(order, j) = factors*pairs%complex_basis(:, j)
@@ -121,10 +125,6 @@ contains
       allocate (ordered(2*k, 2*k))
       do j = 1, 2*k
          ordered(:, j) = real(matrix(order, order(j)), wp)*(factors(j)/factors)
-      end do
-      zero_space = zero_and_infinite(zero, none, 2*k, cmplx(tau, 0, wp), unit, oscillator=.false.)
-      do j = 1, size(zero_space%vectors, 2)
-         zero_space%vectors(:, j) = zero_space%vectors(order, j)/factors
       end do
       call matrix_eigenpairs(ordered, zero_space, twelve_digits, pairs, error)
       if (allocated(error)) return

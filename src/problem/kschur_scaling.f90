@@ -44,8 +44,8 @@ contains
       end associate
    end function constraint_factors
 
-   !> Median of sqrt(k/m) over unknowns with diagonal stiffness and mass (1/s), up to a factor of two: independent of units, and
-   !> of a few very stiff or heavy unknowns. Without stiffness from damping and mass, without mass from stiffness and damping,
+   !> Median of sqrt(k/m) over unknowns with diagonal stiffness, of K and H, and mass (1/s), up to a factor of two: independent of
+   !> units, and of a few very stiff or heavy unknowns. Without stiffness from damping and mass, without mass from stiffness and damping,
    !> else 1.
    pure real(wp) function typical_rate(problem) result(rate)
       type(modal_problem_type), intent(in) :: problem
@@ -54,6 +54,7 @@ contains
 
       mass = abs(problem%mass%diagonal())
       other = abs(problem%stiffness%diagonal())
+      if (allocated(problem%loss)) other = other + abs(problem%loss%diagonal())
       power = 2
       if (problem%mass%is_zero()) then
          mass = abs(problem%damping%diagonal())
@@ -77,7 +78,9 @@ contains
       typical = typical_rate(problem)
       of_norms = typical
       if (.not. problem%mass%is_zero()) then
-         of_norms = sqrt(problem%stiffness%infinity_norm()/problem%mass%infinity_norm())
+         of_norms = problem%stiffness%infinity_norm()
+         if (allocated(problem%loss)) of_norms = of_norms + problem%loss%infinity_norm()
+         of_norms = sqrt(of_norms/problem%mass%infinity_norm())
          if (.not. of_norms > 0) of_norms = problem%damping%infinity_norm()/problem%mass%infinity_norm()
       end if
       first_scale = below_the_highest*min(typical, max(of_norms, heaviest*typical))

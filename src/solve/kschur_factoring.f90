@@ -20,6 +20,7 @@ module kschur_factoring
    use kschur_quadratic_transform_real, only: real_quadratic_type => quadratic_transform_type, &
       new_real_quadratic => new_quadratic_transform
    use kschur_scaling, only: constraint_factors, first_scale
+   use kschur_staircase, only: zero_and_infinite
    use kschur_symmetric_transform, only: symmetric_transform_type, new_symmetric_transform
    use kschur_tolerances, only: rounding_of_row
    implicit none
@@ -107,7 +108,9 @@ contains
       type is (complex_quadratic_type)
          allocate (complex_dense)
          call allowed_motions(s%work, s%known%deflation, motions, error)
-         if (.not. allocated(error)) call new_complex_dense_transform(complex_dense, form%operator, motions, error)
+         if (.not. allocated(error)) call new_complex_dense_transform(complex_dense, form%operator, motions, &
+            zero_and_infinite(s%known%deflation%zero, s%known%deflation%infinite, form%operator%order(), s%shift, &
+            form%operator%unit, oscillator=.false.), error)
       class default
          allocate (dense)
       end select
