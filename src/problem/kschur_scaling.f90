@@ -45,8 +45,8 @@ contains
    end function constraint_factors
 
    !> Median of sqrt(k/m) over unknowns with diagonal stiffness, of K and H, and mass (1/s), up to a factor of two: independent of
-   !> units, and of a few very stiff or heavy unknowns. Without stiffness from damping and mass, without mass from stiffness and damping,
-   !> else 1.
+   !> units, and of a few very stiff or heavy unknowns. Without stiffness from damping and mass, without mass from stiffness and
+   !> damping, else 1.
    pure real(wp) function typical_rate(problem) result(rate)
       type(modal_problem_type), intent(in) :: problem
       real(wp), dimension(problem%unknowns()) :: mass, other

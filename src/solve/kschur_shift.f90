@@ -181,9 +181,12 @@ contains
       real(wp) :: limit
 
       limit = much_smaller*min(abs(s%options%target), abs(s%shift))
-      ! Zeros to rounding are no scale.
-      has_moved = .not. (s%dense .or. allocated(s%options%shift)) .and. 2*count(abs(lambda) < limit) > size(lambda) .and. &
-         maxval(abs(lambda), abs(lambda) < limit) > s%known%deflation%zero_noise
+      ! Zeros to rounding are no scale; they are found again, split by rounding, where the root space of zero is not locked.
+      associate (deflation => s%known%deflation)
+         has_moved = .not. (s%dense .or. allocated(s%options%shift)) .and. 2*count(abs(lambda) < limit) > size(lambda) .and. &
+            maxval(abs(lambda), abs(lambda) < limit) > deflation%zero_noise .and. &
+            (deflation%not_deflated == 0 .or. deflation%zero%states() > 0)
+      end associate
       if (.not. has_moved) return
       former_shift = s%shift
       associate (target => s%options%target)
