@@ -15,6 +15,7 @@ module kschur_examination
       formulation_low_rank, formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped
    use kschur_problem, only: modal_problem_type
    use kschur_rigid_decays, only: find_rigid_decays
+   use kschur_row_problem, only: row_problem_type
    use kschur_singular_vectors, only: right_singular_vectors
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
@@ -60,7 +61,8 @@ contains
 
    !> Finds the rigid motions (null vectors of K that satisfy the constraints), deflates them or computes the root space of zero,
    !> and computes the root space of infinity where the formulation needs it.
-   subroutine find_rigid_motions(problem, formulation, modes, inner, examination, effort, error, monitor)
+   subroutine find_rigid_motions(problem, formulation, modes, inner, examination, effort, error, monitor, &
+      matrices)
       type(modal_problem_type), intent(in) :: problem
       !> One of `formulation_*`.
       integer, intent(in) :: formulation
@@ -74,11 +76,16 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> Asked before and after each dense step whether to go on.
       class(monitor_type), optional, intent(inout) :: monitor
+      !> The matrices of the problem, distributed: R is put away while K is factored. Absent: they are not.
+      type(row_problem_type), optional, intent(inout) :: matrices
       type(null_space_type), allocatable :: rigid
       logical :: needs_root_spaces
 
       allocate (rigid)
+      if (present(matrices)) call matrices%hold_undamped(error)
+      if (allocated(error)) return
       call find_null_space(rigid, problem, problem%stiffness, inner, for_rigid_motions, effort, error)
+      if (present(matrices) .and. .not. allocated(error)) call matrices%bring_back(error)
       if (.not. allocated(error)) call ask_monitor(monitor, error)
       if (.not. allocated(error)) call check_inertia(problem, rigid%motions, examination%singular_motion, error)
       if (.not. allocated(error)) call ask_monitor(monitor, error)

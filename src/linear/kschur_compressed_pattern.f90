@@ -15,6 +15,8 @@ module kschur_compressed_pattern
       procedure :: compress
       !> The unknowns of vertices, one vertex after the other.
       procedure :: unknowns
+      !> Number of entries of another pattern off the diagonal, if all of them are in this one; else -1.
+      procedure :: entries_within
    end type compressed_pattern_type
 
 contains
@@ -94,4 +96,31 @@ contains
          end associate
       end do
    end function unknowns
+
+   pure integer function entries_within(self, row_start, column) result(entries)
+      class(compressed_pattern_type), intent(in) :: self
+      !> CSR, 1-based, as many rows.
+      integer, intent(in) :: row_start(:), column(:)
+      integer :: vertex(size(self%order)), seen(size(self%weight)), v, k, p
+
+      do v = 1, size(seen)
+         vertex(self%order(self%first(v):self%first(v) + self%weight(v) - 1)) = v
+      end do
+      seen = 0
+      entries = 0
+      do v = 1, size(seen)
+         seen(v) = v
+         seen(self%neighbour(self%start(v):self%start(v + 1) - 1)) = v
+         do k = self%first(v), self%first(v) + self%weight(v) - 1
+            associate (i => self%order(k))
+               do p = row_start(i), row_start(i + 1) - 1
+                  if (column(p) == i) cycle
+                  entries = entries + 1
+                  if (seen(vertex(column(p))) /= v) entries = -1
+                  if (entries < 0) return
+               end do
+            end associate
+         end do
+      end do
+   end function entries_within
 end module kschur_compressed_pattern

@@ -6,7 +6,7 @@ module kschur_csr_combination
    use kschur_kinds, only: wp
    implicit none
    private
-   public :: complete_pattern, complex_combination, linear_combination
+   public :: complete_pattern, complex_combination, linear_combination, unite
 
    !> Returns the sum of coefficient(k) matrix(k), or alpha A + beta B without copying them into an array.
    interface linear_combination
@@ -121,16 +121,15 @@ contains
       end do
    end subroutine unite_all
 
-   ! Adds the pattern of a matrix to another.
+   !> Adds the pattern of a matrix to another.
    pure subroutine unite(row_start, column, matrix)
+      !> CSR, 1-based, columns ascending.
       integer, allocatable, intent(inout) :: row_start(:), column(:)
       type(csr_matrix_type), intent(in) :: matrix
       integer, allocatable :: united(:)
       integer :: start(size(matrix%row_start)), i, length
 
-      if (size(column) == matrix%nonzeros()) then
-         if (all(row_start == matrix%row_start) .and. all(column == matrix%column)) return
-      end if
+      if (contains_all(row_start, column, matrix)) return
       allocate (united(size(column) + matrix%nonzeros()))
       start(1) = 1
       do i = 1, matrix%rows
@@ -142,6 +141,28 @@ contains
       row_start = start
       column = united(:start(size(start)) - 1)
    end subroutine unite
+
+   ! Whether a pattern contains that of a matrix. All columns ascend.
+   pure logical function contains_all(row_start, column, matrix)
+      integer, intent(in) :: row_start(:), column(:)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer :: i, k, place
+
+      contains_all = .false.
+      if (size(column) < matrix%nonzeros()) return
+      do i = 1, matrix%rows
+         place = row_start(i)
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            do while (place < row_start(i + 1))
+               if (column(place) >= matrix%column(k)) exit
+               place = place + 1
+            end do
+            if (place == row_start(i + 1)) return
+            if (column(place) /= matrix%column(k)) return
+         end do
+      end do
+      contains_all = .true.
+   end function contains_all
 
    ! Merges `more` into the first `length` entries of a list, without duplicates. All ascend.
    pure subroutine merge_ascending(list, length, more)

@@ -14,8 +14,9 @@ module kschur_last_analysis
    !> For one thread at a time.
    type :: last_analysis_type
       private
-      integer, allocatable :: row_start(:), column(:), position(:)
-      integer :: multipliers = 0
+      integer, allocatable :: position(:)
+      ! Of the matrix: entries off the diagonal, multipliers.
+      integer :: entries = 0, multipliers = 0
       type(symbolic_type), allocatable :: symbolic
       real(wp), allocatable :: room(:)
    contains
@@ -69,8 +70,7 @@ contains
       end if
       call analyze(matrix, structure, most_entries, symbolic, error)
       if (allocated(error) .or. .not. associated(last)) return
-      last%row_start = matrix%row_start
-      last%column = matrix%column
+      last%entries = symbolic%pattern%entries_within(matrix%row_start, matrix%column)
       last%multipliers = structure%multipliers
       if (allocated(last%position)) deallocate (last%position)
       if (allocated(structure%position)) last%position = structure%position
@@ -84,42 +84,12 @@ contains
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
 
-      has_same_pattern = allocated(last%column) .and. (allocated(last%position) .eqv. allocated(structure%position)) .and. &
+      has_same_pattern = allocated(last%symbolic) .and. (allocated(last%position) .eqv. allocated(structure%position)) .and. &
          last%multipliers == structure%multipliers
-      if (has_same_pattern) has_same_pattern = size(last%row_start) == size(matrix%row_start)
-      if (has_same_pattern) has_same_pattern = patterns_match(last%row_start, last%column, matrix%row_start, matrix%column)
+      if (has_same_pattern) has_same_pattern = size(last%symbolic%position) == matrix%rows
       if (has_same_pattern .and. allocated(last%position)) has_same_pattern = all(last%position == structure%position)
+      ! L has the diagonal anyway: the block of the constraints has diagonal entries only if it is regularised.
+      if (has_same_pattern) has_same_pattern = last%entries == &
+         last%symbolic%pattern%entries_within(matrix%row_start, matrix%column)
    end function has_same_pattern
-
-   ! Whether two patterns differ at most on the diagonal, which L has anyway: the block of the constraints has diagonal entries
-   ! only if it is regularised.
-   pure logical function patterns_match(row_start, column, other_start, other)
-      integer, intent(in) :: row_start(:), column(:), other_start(:), other(:)
-      integer :: i, k, l
-
-      patterns_match = .false.
-      do i = 1, size(row_start) - 1
-         k = row_start(i)
-         do l = other_start(i), other_start(i + 1) - 1
-            if (other(l) == i) cycle
-            call pass_diagonal(k)
-            if (k == row_start(i + 1)) return
-            if (column(k) /= other(l)) return
-            k = k + 1
-         end do
-         call pass_diagonal(k)
-         if (k < row_start(i + 1)) return
-      end do
-      patterns_match = .true.
-
-   contains
-
-      ! Advances k past the diagonal entry of row i.
-      pure subroutine pass_diagonal(k)
-         integer, intent(inout) :: k
-
-         if (k == row_start(i + 1)) return
-         if (column(k) == i) k = k + 1
-      end subroutine pass_diagonal
-   end function patterns_match
 end module kschur_last_analysis

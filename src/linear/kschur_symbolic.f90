@@ -29,6 +29,8 @@ module kschur_symbolic
       integer(long) :: factor_entries = 0
       !> Number of multiplications of the factorisation.
       real(wp) :: operations = 0
+      !> Pattern of the matrix that was analysed.
+      type(compressed_pattern_type) :: pattern
    contains
       procedure :: entries_a_column
       !> Parent of a supernode in the elimination tree; 0 at a root.
@@ -81,6 +83,7 @@ contains
       if (allocated(error)) return
       call find_structure(pattern, order, parent, entries, symbolic, status)
       if (status /= 0) call no_memory(error)
+      symbolic%pattern = pattern
    end subroutine analyze
 
    !> Fails if columns have more than `most_entries` entries on average (error_library).

@@ -12,12 +12,15 @@ module kschur_row_problem
    !> The distributed M, R and K. The constraints are not distributed.
    type :: row_problem_type
       type(row_matrix_type) :: mass, damping, stiffness
-      logical, private :: away = .false.
+      ! Whether the entries of the whole M and K, and of R, are freed.
+      logical, private :: away = .false., damping_away = .false.
    contains
       !> Distributes the rows.
       procedure :: share
       !> Frees the entries of the whole matrices while other arrays need the memory; products remain available.
       procedure :: put_away
+      !> Frees the entries of the whole R alone, and restores those of M and K, if they were freed. Fails if memory is short.
+      procedure :: hold_undamped
       !> Restores the entries of the whole matrices, if they were freed. Fails if memory is short.
       procedure :: bring_back
       final :: finish
@@ -41,23 +44,43 @@ contains
    subroutine put_away(self)
       class(row_problem_type), intent(inout) :: self
 
+      call put_damping_away(self)
       if (self%away) return
       call self%mass%put_away()
-      call self%damping%put_away()
       call self%stiffness%put_away()
       self%away = .true.
    end subroutine put_away
+
+   subroutine put_damping_away(self)
+      class(row_problem_type), intent(inout) :: self
+
+      if (.not. self%damping_away) call self%damping%put_away()
+      self%damping_away = .true.
+   end subroutine put_damping_away
+
+   subroutine hold_undamped(self, error)
+      class(row_problem_type), intent(inout) :: self
+      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable :: failure
+
+      call put_damping_away(self)
+      if (.not. self%away) return
+      call self%mass%bring_back(failure)
+      if (.not. allocated(failure)) call self%stiffness%bring_back(failure)
+      self%away = allocated(failure)
+      if (allocated(failure)) call move_alloc(failure, error)
+   end subroutine hold_undamped
 
    subroutine bring_back(self, error)
       class(row_problem_type), intent(inout) :: self
       type(error_type), allocatable, intent(inout) :: error
       type(error_type), allocatable :: failure
 
-      if (.not. self%away) return
-      call self%mass%bring_back(failure)
-      if (.not. allocated(failure)) call self%damping%bring_back(failure)
-      if (.not. allocated(failure)) call self%stiffness%bring_back(failure)
-      self%away = allocated(failure)
+      if (self%away) call self%hold_undamped(failure)
+      if (.not. allocated(failure) .and. self%damping_away) then
+         call self%damping%bring_back(failure)
+         self%damping_away = allocated(failure)
+      end if
       if (allocated(failure)) call move_alloc(failure, error)
    end subroutine bring_back
 

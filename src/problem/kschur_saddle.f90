@@ -5,7 +5,7 @@ module kschur_saddle
    use kschur_problem, only: modal_problem_type
    use kschur_linear_solver, only: matrix_structure_type
    use kschur_ordering, only: elimination_order
-   use kschur_sparse, only: complex_combination, complex_csr_matrix_type, csr_matrix_type, linear_combination, transpose_csr
+   use kschur_sparse, only: complex_combination, complex_csr_matrix_type, csr_matrix_type, linear_combination, transpose_csr, unite
    implicit none
    private
    public :: bordered, enlarged, order_elimination, saddle_blocks, saddle_structure, shifted_saddle, symmetric_saddle
@@ -53,11 +53,17 @@ contains
       type(csr_matrix_type) :: pattern
       integer, allocatable :: position(:)
 
-      pattern = linear_combination(1.0_wp, problem%stiffness, 1.0_wp, problem%mass)
-      pattern = linear_combination(1.0_wp, pattern, 1.0_wp, problem%damping)
-      if (allocated(problem%loss)) pattern = linear_combination(1.0_wp, pattern, 1.0_wp, problem%loss)
-      if (problem%multipliers() > 0) &
+      pattern%rows = problem%unknowns()
+      pattern%columns = pattern%rows
+      allocate (pattern%row_start, source=problem%stiffness%row_start)
+      allocate (pattern%column, source=problem%stiffness%column)
+      call unite(pattern%row_start, pattern%column, problem%mass)
+      call unite(pattern%row_start, pattern%column, problem%damping)
+      if (allocated(problem%loss)) call unite(pattern%row_start, pattern%column, problem%loss)
+      if (problem%multipliers() > 0) then
+         allocate (pattern%value(size(pattern%column)), source=0.0_wp)
          pattern = bordered(pattern, problem%constraints, spread(1.0_wp, 1, problem%multipliers()))
+      end if
       call elimination_order(pattern%row_start, pattern%column, saddle_structure(problem), position, error)
       if (.not. allocated(error)) call move_alloc(position, problem%position)
    end subroutine order_elimination

@@ -352,7 +352,11 @@ contains
       type(error_type), allocatable :: error
 
       negative = -1
-      if (associated(self%matrices)) call self%matrices%bring_back(error)
+      if (associated(self%matrices)) then
+         ! R takes part in the scaling of constraints only.
+         if (self%problem%multipliers() > 0) call self%matrices%bring_back(error)
+         if (self%problem%multipliers() == 0) call self%matrices%hold_undamped(error)
+      end if
       if (.not. allocated(error)) call counting_matrix(self%problem, theta, least, matrix, structure, error)
       if (associated(self%matrices)) call self%matrices%put_away()
       if (allocated(error)) return

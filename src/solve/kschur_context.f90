@@ -57,7 +57,7 @@ module kschur_context
       character(len=:), allocatable :: decision
       !> The iterated problem, reduced by presolve and balanced; `plan` leads back to the problem as given.
       type(modal_problem_type) :: work
-      !> Its matrices for products, distributed by rows; not allocated before the first transform, nor at the end.
+      !> Its matrices for products, distributed by rows; not allocated before they are examined or factored, nor at the end.
       type(row_problem_type), allocatable :: matrices
       type(presolve_type) :: plan
       !> What the examination found out; its rigid motions are those of the problem as given.
@@ -90,6 +90,8 @@ module kschur_context
       procedure :: expand
       !> Restricts shapes and multipliers of the problem as given to those of the iterated problem.
       procedure :: contract
+      !> Distributes M, R and K of the iterated problem to the processes, once for all shifts.
+      procedure :: share_matrices
       !> Restores the selected whole matrices in the first process and frees the others. Does nothing with one process.
       procedure :: hold
       !> Tells the monitor the next phase, and holds the matrices that it needs.
@@ -231,6 +233,15 @@ contains
       end do
       if (given%is_real()) call pairs%make_real()
    end function contract
+
+   subroutine share_matrices(self, error)
+      class(solve_context_type), target, intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+
+      if (allocated(self%matrices)) return
+      allocate (self%matrices)
+      call self%matrices%share(self%work%mass, self%work%damping, self%work%stiffness, self%processes, error)
+   end subroutine share_matrices
 
    ! Restores in the first process the whole matrices that `whole` names, and frees the others.
    subroutine hold(self, whole, error)

@@ -60,8 +60,9 @@ contains
       placement%factors = constraint_factors(s%work, s%options%constraint_scaling, s%shift)
       if (.not. placement%raw) placement%unit = scale(1.0_wp, exponent(max(abs(s%shift), first_scale(s%work))))
       if (any(formulation == [formulation_symmetric, formulation_proportional, formulation_quadratic])) then
-         call share_matrices(s, placement, error)
+         call s%share_matrices(error)
          if (allocated(error)) return
+         placement%matrices => s%matrices
       end if
       if (any(formulation == [formulation_symmetric, formulation_proportional])) then
          call factor_symmetric(s, placement, error)
@@ -82,19 +83,6 @@ contains
       if (.not. present(factored)) call s%effort%add_factors(s%transform%linear_solver(), for_iteration)
       if (s%dense .and. .not. allocated(error)) call make_dense(s, error)
    end subroutine factor_at
-
-   ! Distributes M, R and K to the processes, once for all shifts.
-   subroutine share_matrices(s, placement, error)
-      type(solve_context_type), target, intent(inout) :: s
-      type(placement_type), intent(inout) :: placement
-      type(error_type), allocatable, intent(out) :: error
-
-      if (.not. allocated(s%matrices)) then
-         allocate (s%matrices)
-         call s%matrices%share(s%work%mass, s%work%damping, s%work%stiffness, s%processes, error)
-      end if
-      placement%matrices => s%matrices
-   end subroutine share_matrices
 
    ! Replaces the transform by a dense one, with the matrix of its operator on the motions that the constraints allow.
    subroutine make_dense(s, error)

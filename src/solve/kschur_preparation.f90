@@ -13,8 +13,10 @@ module kschur_preparation
    use kschur_memory, only: require_memory
    use kschur_modes, only: modes_type, no_modes
    use kschur_notes, only: named, note_dependence, note_penalties, note_problem
+   use kschur_options, only: formulation_proportional, formulation_quadratic, formulation_symmetric
    use kschur_presolve, only: presolve
    use kschur_problem, only: modal_problem_type
+   use kschur_processes, only: are_several
    use kschur_redundancy, only: dependence_type, find_dependence
    use kschur_saddle, only: order_elimination
    use kschur_shapes, only: orthonormalize_zeros
@@ -116,8 +118,11 @@ contains
          s%effort%seconds%analyze = s%effort%seconds%analyze + seconds_since(started)
          if (allocated(error)) return
          call consider_dense(s)
+         if (frees_damping(s)) call s%share_matrices(error)
+         if (allocated(error)) return
+         ! Unless they are allocated, they count as absent.
          call find_rigid_motions(s%work, s%formulation, merge(huge(1), s%options%modes, s%dense), s%inner, s%known, s%effort, &
-            error, s%monitor)
+            error, s%monitor, s%matrices)
          if (allocated(s%known%singular_motion)) call name_motion(s, error)
          if (s%known%chains_skipped > 0) call s%add_note("there are "//text(s%known%chains_skipped)// &
             " rigid motions, too many to look for what damping makes of them: modes near zero may be missing, or too many")
@@ -137,6 +142,14 @@ contains
       call announce_number(s)
       s%known%redundant = s%plan%redundant + s%known%redundant
    end subroutine examine
+
+   ! Whether several processes distribute the matrices before the stiffness is factored, which needs no R then.
+   logical function frees_damping(s)
+      type(solve_context_type), intent(in) :: s
+
+      frees_damping = are_several(s%processes, s%work%unknowns()) .and. s%work%symmetric .and. .not. s%dense .and. &
+         any(s%formulation == [formulation_symmetric, formulation_proportional, formulation_quadratic])
+   end function frees_damping
 
    ! Makes the error that names the unknowns of a motion without mass, damping and stiffness.
    subroutine name_motion(s, error)

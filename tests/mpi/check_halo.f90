@@ -1,6 +1,6 @@
 !> Products of a matrix that processes share by rows, against those of the whole matrix, which each of them has here, and that
 !> matrix put together again: square and not, sparse and dense rows, processes without rows, real and complex, one vector and
-!> several. Ends with an error where one differs.
+!> several; and what is put away of M, R and K, and brought back. Ends with an error where one differs.
 program check_halo
    use kschur_csr, only: csr_matrix_type
    use kschur_csr_assembly, only: new_csr_from_triplets
@@ -8,8 +8,11 @@ program check_halo
    use kschur_halo_matrix, only: halo_matrix_type, new_halo_matrix
    use kschur_kinds, only: wp, long
    use kschur_matrix_rows, only: gather_rows, share_rows
+   use kschur_processes, only: join_processes, processes_type
    use kschur_random, only: random_vector
+   use kschur_row_problem, only: row_problem_type
    use kschur_row_ranges, only: row_ranges, row_ranges_type
+   use kschur_worker_loop, only: worker_loop
    use mpi_f08, only: MPI_Allreduce, MPI_Comm_rank, MPI_Comm_size, MPI_COMM_WORLD, MPI_Finalize, MPI_Init, MPI_INTEGER, &
       MPI_SUM
    implicit none
@@ -26,6 +29,7 @@ program check_halo
          call check(extents(1, i), extents(2, i), vectors(j))
       end do
    end do
+   call check_put_away(23)
    call MPI_Allreduce(failed, of_all, 1, MPI_INTEGER, MPI_SUM, MPI_COMM_WORLD)
    call MPI_Finalize()
    if (of_all > 0) error stop "products differ"
@@ -76,6 +80,62 @@ contains
          call expect(all(abs(complex_part - 1 - y(first:last, :)) < 1.0e-13_wp*columns))
       end associate
    end subroutine check
+
+   ! The whole R alone is put away, then all three, then M and K are back, then all.
+   subroutine check_put_away(order)
+      integer, intent(in) :: order
+      type(processes_type), target :: processes_of_all
+      type(processes_type), pointer :: several
+      type(row_problem_type), allocatable :: problem
+      type(csr_matrix_type), target :: matrices(3), given(3)
+      type(error_type), allocatable :: error
+      integer, allocatable :: communicator
+      real(wp) :: dense(order, order), x(order, 1), y(order, 1)
+      logical :: alone
+      integer :: l
+
+      communicator = MPI_COMM_WORLD%mpi_val
+      call join_processes(communicator, 1, processes_of_all, error)
+      call expect(.not. allocated(error))
+      several => processes_of_all
+      if (rank > 0) then
+         call worker_loop(processes_of_all)
+      else
+         call fill(dense, x, given(1))
+         do l = 1, 3
+            given(l) = given(1)
+            given(l)%value = l*given(1)%value
+            matrices(l) = given(l)
+         end do
+         alone = processes == 1
+         allocate (problem)
+         call problem%share(matrices(1), matrices(2), matrices(3), several, error)
+         call expect(.not. allocated(error))
+         call problem%hold_undamped(error)
+         call expect(.not. allocated(error))
+         call expect(all([(is_whole(matrices(l), given(l)), l=1, 3)] .eqv. [.true., alone, .true.]))
+         call problem%put_away()
+         call expect(all([(is_whole(matrices(l), given(l)), l=1, 3)] .eqv. alone))
+         y = 0
+         call problem%damping%add_product(1.0_wp, x, y, error)
+         call expect(all(abs(y - 2*matmul(dense, x)) < 1.0e-13_wp*order))
+         call problem%hold_undamped(error)
+         call expect(.not. allocated(error))
+         call expect(all([(is_whole(matrices(l), given(l)), l=1, 3)] .eqv. [.true., alone, .true.]))
+         call problem%bring_back(error)
+         call expect(.not. allocated(error))
+         call expect(all([(is_whole(matrices(l), given(l)), l=1, 3)]))
+         deallocate (problem)
+      end if
+      call processes_of_all%leave(error)
+   end subroutine check_put_away
+
+   pure logical function is_whole(matrix, given)
+      type(csr_matrix_type), intent(in) :: matrix, given
+
+      is_whole = size(matrix%value) == size(given%value)
+      if (is_whole) is_whole = all(matrix%column == given%column) .and. all(abs(matrix%value - given%value) <= 0)
+   end function is_whole
 
    ! A third of the entries, one row full and one empty where there are so many; the same in each process.
    subroutine fill(dense, x, whole)
