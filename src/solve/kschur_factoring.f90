@@ -1,7 +1,5 @@
 !> Factors a formulation at a shift, and makes the transform that is iterated.
 module kschur_factoring
-   use kschur_allowed_motions, only: allowed_motions
-   use kschur_complex_dense_transform, only: complex_dense_transform_type, new_complex_dense_transform
    use kschur_context, only: solve_context_type
    use kschur_dense_transform, only: dense_transform_type, new_dense_transform
    use kschur_direct_complex, only: direct_complex_type
@@ -79,7 +77,7 @@ contains
          if (error%code /= error_singular) return
       end if
       if (.not. present(factored)) call s%effort%add_factors(s%transform%linear_solver(), for_iteration)
-      if (s%dense .and. .not. allocated(error)) call make_dense(s, error)
+      if (s%dense .and. .not. allocated(error)) call make_dense(s)
    end subroutine factor_at
 
    ! Distributes M, R and K to the processes, once for all shifts.
@@ -96,29 +94,13 @@ contains
    end subroutine share_matrices
 
    ! Replaces the transform by a dense one, with the matrix of its operator on the motions that the constraints allow.
-   subroutine make_dense(s, error)
+   subroutine make_dense(s)
       type(solve_context_type), intent(inout) :: s
-      type(error_type), allocatable, intent(inout) :: error
       type(dense_transform_type), allocatable :: dense
-      type(complex_dense_transform_type), allocatable :: complex_dense
-      real(wp), allocatable :: motions(:, :)
 
-      select type (form => s%transform)
-      type is (complex_quadratic_type)
-         allocate (complex_dense)
-         call allowed_motions(s%work, s%known%deflation, motions, error)
-         if (.not. allocated(error)) call new_complex_dense_transform(complex_dense, form%operator, motions, error)
-      class default
-         allocate (dense)
-      end select
-      if (allocated(error)) return
-      if (allocated(complex_dense)) then
-         call complex_dense%take_form(s%transform)
-         call move_alloc(complex_dense, s%transform)
-      else
-         call new_dense_transform(dense, s%transform)
-         call move_alloc(dense, s%transform)
-      end if
+      allocate (dense)
+      call new_dense_transform(dense, s%transform)
+      call move_alloc(dense, s%transform)
    end subroutine make_dense
 
    ! Factors an undamped or proportional form, with a solver for its eigenvalue count unless none is wanted.
