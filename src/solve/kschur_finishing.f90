@@ -259,8 +259,7 @@ contains
          logical :: certain(size(cluster%members))
 
          certain = independent_parts(modes, cluster%members) > dependent_state .and. .not. judgement%doubtful(cluster%members)
-         number = count(certain)
-         if (cluster%on_axis) number = number + count(certain .and. abs(aimag(modes%lambda(cluster%members))) > 0)
+         number = cluster%count_eigenvalues(pack(modes%lambda(cluster%members), certain))
       end function least_number
 
       ! Whether the polished pairs replace the members: they are as many as the members that are certain (all, if a certificate
@@ -269,8 +268,7 @@ contains
       logical function is_accepted()
          integer :: number_before
 
-         number_before = size(members%lambda)
-         if (cluster%on_axis) number_before = number_before + count(abs(aimag(members%lambda)) > 0)
+         number_before = cluster%count_eigenvalues(members%lambda)
          is_accepted = (polished%complete .and. polished%eigenvalues >= merge(number_before, least_number(), is_counted(s))) .or. &
             (polished%eigenvalues >= number_before .and. &
             (polished%worst() <= polisher%tolerance .or. polished%worst() < maxval(judgement%errors(cluster%members))))
