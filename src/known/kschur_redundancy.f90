@@ -28,9 +28,6 @@ module kschur_redundancy
       type(csr_matrix_type) :: combinations, rows
    end type dependence_type
 
-   ! The redundant rows are chosen by a dense elimination only if it has no more entries than this.
-   integer, parameter :: most_relations = 300000
-
    ! A sparse row: its nonzero entries and their columns.
    type :: row_type
       integer, allocatable :: column(:)
@@ -79,16 +76,13 @@ contains
       type(row_type) :: factors, combination
       integer, allocatable :: order(:), row_exponents(:), column_exponents(:)
       type(row_type), allocatable :: combinations(:), rows(:)
-      real(wp), allocatable :: relations(:, :)
       ! Size of the remainder of a row: in the scaled matrix, and relative to the row as given.
       real(xp) :: remainder, distance
       integer :: i, j, m, power
-      logical :: are_few
 
       m = constraints%rows
       allocate (dependence%is_redundant(m), source=.false.)
-      allocate (dependence%near(0), dependence%distance(0), combinations(m), rows(m), relations(m, 0))
-      are_few = .true.
+      allocate (dependence%near(0), dependence%distance(0), combinations(m), rows(m))
       if (m == 0) return
       call minimum_degree_columns(constraints%columns, constraints%row_start, constraints%column, order, error)
       if (allocated(error)) return
@@ -108,8 +102,6 @@ contains
             end if
             if (dependence%is_redundant(i)) then
                call clear_row(elimination)
-               are_few = are_few .and. count(dependence%is_redundant)*m <= most_relations
-               if (are_few) call add_relation(combination_of(elimination, i, factors), m, relations)
                cycle
             end if
             if (remainder < nearly_dependent) power = 1 - exponent(remainder)
@@ -125,48 +117,9 @@ contains
          end if
          call add_pivot(elimination, i, factors, power, column_exponents)
       end do
-      if (size(dependence%near) == 0 .and. are_few) call choose_redundant(relations, dependence%is_redundant)
       call assemble(combinations(:size(dependence%near)), m, dependence%combinations, error)
       if (.not. allocated(error)) call assemble(rows(:size(dependence%near)), constraints%columns, dependence%rows, error)
    end subroutine find_dependence
-
-   ! Appends a relation, a combination of rows that vanishes, as a column of m numbers.
-   subroutine add_relation(combination, m, relations)
-      type(row_type), intent(in) :: combination
-      integer, intent(in) :: m
-      real(wp), allocatable, intent(inout) :: relations(:, :)
-      real(wp), allocatable :: more(:, :)
-      integer :: k
-
-      k = size(relations, 2) + 1
-      allocate (more(m, k), source=0.0_wp)
-      more(:, :k - 1) = relations
-      more(combination%column, k) = real(combination%value, wp)
-      call move_alloc(more, relations)
-   end subroutine add_relation
-
-   ! Chooses the redundant rows among all that take part in relations: those with the largest coefficients, by elimination of the
-   ! relations with complete pivoting, so that the rows that stay are the best conditioned.
-   subroutine choose_redundant(relations, is_redundant)
-      !> Overwritten.
-      real(wp), intent(inout) :: relations(:, :)
-      logical, intent(inout) :: is_redundant(:)
-      real(wp) :: column(size(is_redundant))
-      integer :: i, j, place(2)
-
-      is_redundant = .false.
-      do i = 1, size(relations, 2)
-         place = maxloc(abs(relations))
-         is_redundant(place(1)) = .true.
-         column = relations(:, place(2))/relations(place(1), place(2))
-         do j = 1, size(relations, 2)
-            relations(:, j) = relations(:, j) - relations(place(1), j)*column
-         end do
-         ! Exact zeros: rounding must not make them pivots again.
-         relations(place(1), :) = 0
-         relations(:, place(2)) = 0
-      end do
-   end subroutine choose_redundant
 
    ! Starts an elimination with the matrix scaled by powers of two such that the largest entries of rows and columns are about one.
    subroutine start_elimination(elimination, constraints, row_exponents, column_exponents)

@@ -1,7 +1,7 @@
 !> Selection of modes from eigenpairs: drops duplicates and spurious pairs, assesses accuracy, keeps those nearest to the target.
 module kschur_mode_selection
    use kschur_backward_error, only: judge_as_given
-   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, keep_pairs, normalize
+   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, keep_pairs, move_pairs, normalize
    use kschur_kinds, only: wp
    use kschur_modes, only: eigenvalues_of, modes_type
    use kschur_problem, only: modal_problem_type
@@ -111,7 +111,8 @@ contains
       allocate (rigid_index, source=[spread(0, 1, k), (j, j=1, request%rigid), &
          spread(0, 1, size(pairs%lambda) - k - request%rigid)])
       call move_alloc(rigid_index, modes%motion)
-      call move_pairs(pairs, modes)
+      call move_pairs(pairs, modes%eigenpairs_type)
+      deallocate (modes%paired)
       call modes%take(order)
    end subroutine judge_pairs
 
@@ -218,18 +219,6 @@ contains
       end do
       order = order(:j - 1)
    end subroutine select_nearest
-
-   ! Moves eigenpairs into modes.
-   subroutine move_pairs(pairs, modes)
-      type(eigenpairs_type), intent(inout) :: pairs
-      type(modes_type), intent(inout) :: modes
-
-      call move_alloc(pairs%lambda, modes%lambda)
-      ! Of phi and real_phi one is not allocated; moving it deallocates the target.
-      call move_alloc(pairs%phi, modes%phi)
-      call move_alloc(pairs%real_phi, modes%real_phi)
-      call move_alloc(pairs%xi, modes%xi)
-   end subroutine move_pairs
 
    ! Drops the eigenvalues in excess of a number, which are infinite ones that rounding made finite: first those without correct
    ! digits, then the largest.

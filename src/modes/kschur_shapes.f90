@@ -91,7 +91,6 @@ contains
          repeats(j) = abs(pairs%lambda(j)) <= nearly_zero*largest .and. (abs(r) <= rounding_of_row*r_terms .or. &
             abs(pairs%lambda(j)**2)*m_terms <= rounding_of_sums*k_terms .or. &
             abs(pairs%lambda(j)*m) < abs(pairs%lambda(j)*m + r))
-         if (repeats(j)) repeats(j) = .not. is_decay(j)
          if (repeats(j)) repeats(j) = .not. is_eigenpair(j)
       end do
 
@@ -110,21 +109,6 @@ contains
          distances = distances_from_span(gram)
          distance = distances(size(distances))
       end function distance_from_rigid
-
-      ! Whether pair j is a decay: damping and inertia forces balance each other. Compares the forces, as phi^* R phi may vanish for
-      ! an unsymmetric R.
-      logical function is_decay(j)
-         integer, intent(in) :: j
-         real(wp), parameter :: most = 0.5_wp
-         complex(wp), dimension(pairs%rows(), 1) :: phi, inertia, total
-
-         phi(:, 1) = pairs%column(j)
-         inertia = 0
-         call problem%mass%add_product(pairs%lambda(j), phi, inertia)
-         total = inertia
-         call problem%damping%add_product((1.0_wp, 0.0_wp), phi, total)
-         is_decay = norm2(abs(total(:, 1))) < most*norm2(abs(inertia(:, 1)))
-      end function is_decay
 
       ! Whether pair j is an eigenpair with a nonzero eigenvalue: its residual is small relative to its inertia or damping forces.
       ! The eigenvalue of a repeated zero is an error, and its residual is of the size of these forces.

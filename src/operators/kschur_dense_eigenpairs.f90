@@ -5,11 +5,11 @@ module kschur_dense_eigenpairs
    use kschur_invariant, only: invariant_type
    use kschur_kinds, only: wp
    use kschur_lapack, only: dgemm, dgeqp3, dormqr, dpstrf, dtrsm
-   use kschur_operator, only: real_operator_type, symmetric_operator_type
+   use kschur_operator, only: complex_operator_type, real_operator_type, symmetric_operator_type
    use kschur_projected, only: independent_eigenvectors, schur_form, symmetric_eigenvectors
    implicit none
    private
-   public :: dense_eigenpairs_type, general_eigenpairs, matrix_eigenpairs, symmetric_eigenpairs
+   public :: complex_eigenpairs, dense_eigenpairs_type, general_eigenpairs, matrix_eigenpairs, symmetric_eigenpairs
 
    !> Eigenvalues, and eigenvectors as combinations of basis columns.
    type :: dense_eigenpairs_type
@@ -147,6 +147,37 @@ contains
       w = pairs%basis(:, s + 1:)
       call dgemm("N", "N", n, l, l, 1.0_wp, w, n, u, l, 0.0_wp, pairs%basis(:, s + 1:), n)
    end subroutine general_eigenpairs
+
+   !> Eigenpairs of a complex C on states (x, v), x and v in the span of some motions, outside a given invariant subspace.
+   subroutine complex_eigenpairs(operator, motions, invariant, noise, pairs, error)
+      class(complex_operator_type), intent(inout) :: operator
+      !> Orthonormal, n x p.
+      real(wp), contiguous, intent(in) :: motions(:, :)
+      type(invariant_type), intent(in) :: invariant
+      real(wp), intent(in) :: noise
+      type(dense_eigenpairs_type), intent(out) :: pairs
+      type(error_type), allocatable, intent(out) :: error
+      complex(wp), allocatable :: states(:, :), images(:, :), matrix(:, :)
+      type(invariant_type) :: projected
+      integer :: n, p
+
+      n = size(motions, 1)
+      p = size(motions, 2)
+      allocate (states(2*n, 2*p), images(2*n, 2*p), source=(0.0_wp, 0.0_wp))
+      states(:n, :p) = motions
+      states(n + 1:, p + 1:) = motions
+      if (p > 0) call operator%apply(states, images, error)
+      if (allocated(error)) return
+      allocate (matrix(2*p, 2*p))
+      matrix(:p, :) = matmul(transpose(motions), images(:n, :))
+      matrix(p + 1:, :) = matmul(transpose(motions), images(n + 1:, :))
+      allocate (projected%vectors, source=matmul(transpose(real(states, wp)), invariant%vectors))
+      projected%projected = invariant%projected
+      call matrix_eigenpairs(matrix, projected, noise, pairs, error)
+      if (allocated(error)) return
+      pairs%applications = 2*p
+      pairs%complex_basis = matmul(states, pairs%complex_basis)
+   end subroutine complex_eigenpairs
 
    subroutine real_matrix_eigenpairs(matrix, invariant, noise, pairs, error)
       !> Square; deallocated.

@@ -3,7 +3,7 @@
 module kschur_dense_transform
    use kschur_allowed_motions, only: allowed_motions
    use kschur_deflation, only: deflation_type
-   use kschur_dense_eigenpairs, only: dense_eigenpairs_type, general_eigenpairs, symmetric_eigenpairs
+   use kschur_dense_eigenpairs, only: complex_eigenpairs, dense_eigenpairs_type, general_eigenpairs, symmetric_eigenpairs
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_energy_basis, only: new_energy_basis
    use kschur_error, only: error_type
@@ -14,6 +14,7 @@ module kschur_dense_transform
    use kschur_monitor, only: is_stopped, monitor_type
    use kschur_outcome, only: certified_unknown, certified_yes, history_type, reason_cancelled, reason_fewer_modes
    use kschur_problem, only: modal_problem_type
+   use kschur_quadratic_transform_complex, only: complex_quadratic_type => quadratic_transform_type
    use kschur_quadratic_transform_real, only: quadratic_transform_type
    use kschur_selection, only: order_by_preference
    use kschur_staircase, only: zero_and_infinite
@@ -27,12 +28,14 @@ module kschur_dense_transform
 
    !> All eigenpairs of a form, computed by the first iteration.
    type, extends(transform_type) :: dense_transform_type
-      !> The symmetric or real quadratic transform, factored.
+      !> The symmetric or quadratic transform, factored.
       class(transform_type), allocatable :: form
       ! All pairs, kept by the first iteration.
       type(dense_eigenpairs_type), allocatable, private :: pairs
       ! Whether the pairs are exactly all finite eigenvalues.
       logical, private :: complete = .false.
+      ! Values up to this are infinite eigenvalues.
+      real(wp), private :: infinite = -1
    contains
       procedure :: iterate
       procedure :: recover
@@ -77,21 +80,22 @@ contains
       end associate
       associate (values => self%pairs%values)
          allocate (chosen(size(values)), source=order_by_preference(selection, values))
+         chosen = pack(chosen, abs(values(chosen)) > self%infinite)
          needed = selection%needed(values(chosen))
-         converged = min(needed, size(values))
-         if (needed > size(values)) ritz%statistics%reason = reason_fewer_modes
+         converged = min(needed, size(chosen))
+         if (needed > size(chosen)) ritz%statistics%reason = reason_fewer_modes
          ! The second root of a pair may be as near as the first.
-         if (converged < size(values)) then
+         if (converged < size(chosen)) then
             if (.not. abs(values(chosen(converged + 1)) - conjg(values(chosen(converged)))) > 0) converged = converged + 1
          end if
          chosen = chosen(:converged)
          allocate (ritz%mu(converged), source=values(chosen))
-         call set_certificate(self, selection)
+         if (.not. allocated(self%pairs%complex_schur)) call set_certificate(self, selection)
       end associate
       if (self%map%oscillator) then
          call take_real(self, chosen, ritz, error)
       else
-         allocate (ritz%vectors(size(self%pairs%basis, 1), converged), source=self%pairs%vectors(chosen))
+         allocate (ritz%vectors, source=self%pairs%vectors(chosen))
       end if
       proceed = .true.
       if (present(monitor)) call monitor%report(0, converged, needed, 0.0_wp, proceed)
@@ -127,12 +131,34 @@ contains
                known%infinite, operator%order(), self%shift, operator%unit, oscillator=.false.), twelve_digits, self%pairs, error)
             self%complete = known%infinite_is_known
          end associate
+      class default
+         call compute_complex(self, error)
+         return
       end select
       ! Eigenvalues so far from the shift that their Ritz values are at rounding level may be infinite.
       associate (sizes => abs(self%pairs%values))
          if (size(sizes) > 0) self%complete = self%complete .and. minval(sizes) > epsilon(1.0_wp)*maxval(sizes)
       end associate
    end subroutine compute
+
+   ! Computes all eigenpairs of a quadratic form with losses. Their number is not known, and Ritz values at rounding level are
+   ! infinite eigenvalues.
+   subroutine compute_complex(self, error)
+      class(dense_transform_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: motions(:, :)
+
+      select type (form => self%form)
+      type is (complex_quadratic_type)
+         associate (known => form%operator%deflation)
+            call allowed_motions(form%operator%problem, known, motions, error)
+            if (.not. allocated(error)) call complex_eigenpairs(form%operator, motions, zero_and_infinite(known%zero, &
+               known%infinite, form%operator%order(), self%shift, form%operator%unit, oscillator=.false.), twelve_digits, &
+               self%pairs, error)
+         end associate
+      end select
+      if (.not. allocated(error)) self%infinite = epsilon(1.0_wp)*maxval([0.0_wp, abs(self%pairs%values)])
+   end subroutine compute_complex
 
    ! Certifies the iteration if all eigenvalues are known: sets their distances from the target.
    subroutine set_certificate(self, selection)
@@ -188,6 +214,13 @@ contains
 
       call self%form%transposed(problem, deflation, solver, form, error)
       if (allocated(error)) return
+      ! A complex form is iterated then.
+      if (allocated(self%pairs)) then
+         if (allocated(self%pairs%complex_schur)) then
+            call move_alloc(form, adjoint)
+            return
+         end if
+      end if
       allocate (dense)
       call new_dense_transform(dense, form)
       call move_alloc(dense, adjoint)

@@ -154,7 +154,7 @@ contains
          if (.not. allocated(error)) call find_ritz_pairs(cluster, shift, states, images, solutions, current%pairs, error, lambda)
          if (allocated(error)) return
          if (.not. present(lambda)) call keep_pairs(current%pairs, cluster%holds(current%pairs%lambda))
-         inside = count_eigenvalues(cluster, current%pairs%lambda)
+         inside = cluster%count_eigenvalues(current%pairs%lambda)
          if (allocated(current%errors)) deallocate (current%errors)
          allocate (current%errors, source=backward_errors(problem, current%pairs))
          if (size(current%errors) > 0 .and. 2*current%worst() < least) then
@@ -167,7 +167,7 @@ contains
             call keep_pairs(current%pairs, current%errors <= limit)
             current%errors = pack(current%errors, current%errors <= limit)
          end if
-         current%eigenvalues = count_eigenvalues(cluster, current%pairs%lambda)
+         current%eigenvalues = cluster%count_eigenvalues(current%pairs%lambda)
          settled = is_settled(current, polished)
          if (is_better(current, polished)) then
             polished = current
@@ -198,15 +198,6 @@ contains
             cancelled*abs(cluster%centre)), i=1, size(current%errors))])
       end function is_settled
    end subroutine polish
-
-   ! The number of eigenvalues of a list, both of a conjugate pair counted if the cluster meets the real axis.
-   pure integer function count_eigenvalues(cluster, lambda)
-      type(cluster_type), intent(in) :: cluster
-      complex(wp), intent(in) :: lambda(:)
-
-      count_eigenvalues = size(lambda)
-      if (cluster%on_axis) count_eigenvalues = count_eigenvalues + count(abs(aimag(lambda)) > 0)
-   end function count_eigenvalues
 
    !> The largest backward error, 0 if there are no pairs.
    pure real(wp) function worst(self)
@@ -243,8 +234,7 @@ contains
       integer :: j, k, n, p
 
       n = members%rows()
-      p = size(members%lambda)
-      if (cluster%on_axis) p = p + count(abs(aimag(members%lambda)) > 0)
+      p = cluster%count_eigenvalues(members%lambda)
       call require_memory(16.0_wp*(p + n_random)*(9*n + 2*size(members%xi, 1)), "mode shapes", error)
       if (allocated(error)) return
       allocate (states(2*n, p))

@@ -23,6 +23,8 @@ module kschur_split
       procedure :: holds
       !> Increases the radius to a relative distance, limited to half of the gap.
       procedure :: widen
+      !> Counts the eigenvalues of a list, both of a conjugate pair if the cluster meets the real axis.
+      procedure :: count_eigenvalues
    end type cluster_type
 
 contains
@@ -144,4 +146,12 @@ contains
 
       holds = abs(lambda - self%centre) <= self%radius
    end function holds
+
+   pure integer function count_eigenvalues(self, lambda)
+      class(cluster_type), intent(in) :: self
+      complex(wp), intent(in) :: lambda(:)
+
+      count_eigenvalues = size(lambda)
+      if (self%on_axis) count_eigenvalues = count_eigenvalues + count(abs(aimag(lambda)) > 0)
+   end function count_eigenvalues
 end module kschur_split

@@ -6,7 +6,7 @@ module kschur_congruence
    use kschur_tolerances, only: cancelled, rounding_of_row
    implicit none
    private
-   public :: overwrite_values, reduce
+   public :: reduce
 
 contains
 
@@ -73,53 +73,4 @@ contains
       where (abs(reduced%value) <= rounding_of_row*terms%value) reduced%value = 0
    end subroutine drop_rounding
 
-   !> Overwrites the values of a reduced matrix by D T^T A T. Of a symmetric matrix one half is summed, as in `reduce`.
-   subroutine overwrite_values(expansion, matrix, mirrored, reduced, fits, row_units)
-      !> T, n x n'.
-      type(csr_matrix_type), intent(in) :: expansion, matrix
-      !> Whether one half is summed.
-      logical, intent(in) :: mirrored
-      type(csr_matrix_type), intent(inout) :: reduced
-      !> False: values do not fit the pattern or cancel differently.
-      logical, intent(out) :: fits
-      !> The diagonal of D; 1 if not given.
-      real(wp), optional, intent(in) :: row_units(:)
-      real(wp) :: largest(reduced%rows), term
-      integer :: r, k, l, h, i, j
-
-      reduced%value = 0
-      largest = 0
-      fits = .true.
-      do r = 1, matrix%rows
-         do k = matrix%row_start(r), matrix%row_start(r + 1) - 1
-            do l = expansion%row_start(r), expansion%row_start(r + 1) - 1
-               i = expansion%column(l)
-               do h = expansion%row_start(matrix%column(k)), expansion%row_start(matrix%column(k) + 1) - 1
-                  j = expansion%column(h)
-                  if (mirrored .and. i > j) cycle
-                  term = expansion%value(l)*expansion%value(h)*matrix%value(k)
-                  if (present(row_units)) term = row_units(i)*term
-                  call add(i, j)
-                  if (mirrored .and. i < j) call add(j, i)
-                  if (.not. fits) return
-               end do
-            end do
-         end do
-      end do
-      fits = .not. any(reduced%row_maxima() < cancelled*largest)
-
-   contains
-
-      ! Adds the term to entry (i, j); it does not fit if that is not stored.
-      subroutine add(i, j)
-         integer, intent(in) :: i, j
-         integer :: place
-
-         place = reduced%place_of(i, j)
-         fits = fits .and. place > 0
-         if (place == 0) return
-         reduced%value(place) = reduced%value(place) + term
-         largest(i) = max(largest(i), abs(term))
-      end subroutine add
-   end subroutine overwrite_values
 end module kschur_congruence

@@ -6,7 +6,7 @@
 !> of several masters.
 module kschur_presolve
    use kschur_confinement, only: confinement_type, convert_multipliers, resolve
-   use kschur_congruence, only: overwrite_values, reduce
+   use kschur_congruence, only: reduce
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_elimination, only: eliminate, ties_type
    use kschur_error, only: error_type, new_error, add_context, error_input
@@ -15,7 +15,6 @@ module kschur_presolve
    use kschur_loss, only: times_factor
    use kschur_problem, only: modal_problem_type, settle_modal_problem
    use kschur_sparse, only: complete_pattern, csr_matrix_type, identity_csr_matrix, linear_combination, new_csr_from_triplets
-   use kschur_threads, only: panel_rows
    use kschur_tolerances, only: rounding_of_entry
    implicit none
    private
@@ -25,8 +24,8 @@ module kschur_presolve
    type, extends(ties_type) :: presolve_type
       !> Numbers of unknowns of the original and the reduced problem, n and n'.
       integer :: unknowns_before = 0, unknowns_after = 0
-      !> Numbers of constraints of the original and the reduced problem, m and m'.
-      integer :: constraints_before = 0, constraints_after = 0
+      !> Number of constraints of the reduced problem, m'.
+      integer :: constraints_after = 0
       ! T, n x n'.
       type(csr_matrix_type), private :: expansion
       ! Scaling: equation i was multiplied by row_units(i) times the factor its unknown was divided by, and the multiplier of
@@ -40,8 +39,6 @@ module kschur_presolve
       procedure :: expand_shapes
       !> Restricts phi = T y to y, and multipliers to the remaining rows.
       procedure :: contract
-      !> Sets new values of damping and stiffness in the reduced problem.
-      procedure :: put_values
       !> T^T f: restricts forces.
       procedure :: restrict
       !> Ratio of the largest to the smallest unit of the reduced unknowns.
@@ -79,7 +76,6 @@ contains
       if (.not. allocated(error) .and. short_rows .and. constraints%rows > 0) call try_confinement(clean, plan, constraints, error)
       if (allocated(error)) return
       plan%unknowns_before = problem%unknowns()
-      plan%constraints_before = problem%multipliers()
       plan%constraints_after = constraints%rows
       call number_unknowns(plan, constraints, error)
       if (allocated(error)) return
@@ -215,36 +211,6 @@ contains
       call new_csr_from_triplets(plan%expansion, plan%unknowns_before, plan%unknowns_after, pack(row, stays), &
          pack(master(shares%column), stays), pack(shares%value*factor(shares%column), stays), error)
    end subroutine number_unknowns
-
-   !> Replaces damping and stiffness of the reduced problem by those of another problem with the same mass, constraints and
-   !> units; patterns are unchanged.
-   subroutine put_values(self, problem, reduced, fits)
-      class(presolve_type), intent(in) :: self
-      type(modal_problem_type), intent(in) :: problem
-      type(modal_problem_type), intent(inout) :: reduced
-      !> False: the values do not fit the patterns or cancel differently, and the reduced problem is invalid.
-      logical, intent(out) :: fits
-
-      fits = .not. (allocated(problem%dampers) .or. max(abs(problem%alpha), abs(problem%beta)) > 0)
-      if (fits) call put(problem%stiffness, reduced%stiffness)
-      if (fits) call put(problem%damping, reduced%damping)
-      if (allocated(reduced%dampers)) deallocate (reduced%dampers)
-
-   contains
-
-      ! Overwrites one matrix.
-      subroutine put(matrix, of_reduced)
-         type(csr_matrix_type), intent(in) :: matrix
-         type(csr_matrix_type), intent(inout) :: of_reduced
-
-         if (allocated(self%row_units)) then
-            call overwrite_values(self%expansion, matrix, problem%symmetric .and. self%eliminated > 0, of_reduced, fits, &
-               self%row_units)
-         else
-            call overwrite_values(self%expansion, matrix, problem%symmetric .and. self%eliminated > 0, of_reduced, fits)
-         end if
-      end subroutine put
-   end subroutine put_values
 
    pure real(wp) function spread_of_units(self)
       class(presolve_type), intent(in) :: self
@@ -389,38 +355,18 @@ contains
       class(eigenpairs_type), intent(inout) :: pairs
       real(wp), allocatable :: real_phi(:, :)
       complex(wp), allocatable :: phi(:, :)
-      integer :: i, j, k, l
+      integer :: k
 
       k = size(pairs%lambda)
-      associate (t => self%expansion)
-         if (pairs%is_real()) then
-            allocate (real_phi(self%unknowns_before, k))
-            !$omp parallel do schedule(static) private(i, l) if (self%unknowns_before > panel_rows)
-            do j = 1, k
-               do i = 1, self%unknowns_before
-                  real_phi(i, j) = 0
-                  do l = t%row_start(i), t%row_start(i + 1) - 1
-                     real_phi(i, j) = real_phi(i, j) + t%value(l)*pairs%real_phi(t%column(l), j)
-                  end do
-               end do
-            end do
-            !$omp end parallel do
-            call move_alloc(real_phi, pairs%real_phi)
-         else
-            allocate (phi(self%unknowns_before, k))
-            !$omp parallel do schedule(static) private(i, l) if (self%unknowns_before > panel_rows)
-            do j = 1, k
-               do i = 1, self%unknowns_before
-                  phi(i, j) = 0
-                  do l = t%row_start(i), t%row_start(i + 1) - 1
-                     phi(i, j) = phi(i, j) + t%value(l)*pairs%phi(t%column(l), j)
-                  end do
-               end do
-            end do
-            !$omp end parallel do
-            call move_alloc(phi, pairs%phi)
-         end if
-      end associate
+      if (pairs%is_real()) then
+         allocate (real_phi(self%unknowns_before, k), source=0.0_wp)
+         call self%expansion%add_product(1.0_wp, pairs%real_phi(:, :k), real_phi)
+         call move_alloc(real_phi, pairs%real_phi)
+      else
+         allocate (phi(self%unknowns_before, k), source=(0.0_wp, 0.0_wp))
+         call self%expansion%add_product((1.0_wp, 0.0_wp), pairs%phi, phi)
+         call move_alloc(phi, pairs%phi)
+      end if
    end subroutine expand_shapes
 
    !> Restricts phi = T y and xi, n and m entries, to y and the multipliers of the reduced problem, n' and m' entries.

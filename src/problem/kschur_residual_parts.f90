@@ -2,6 +2,7 @@
 module kschur_residual_parts
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp
+   use kschur_magnitudes, only: add_magnitudes
    use kschur_problem, only: modal_problem_type
    use kschur_sparse, only: csr_matrix_type
    implicit none
@@ -18,7 +19,7 @@ contains
       logical, intent(in) :: chosen(:)
       real(wp) :: parts(size(pairs%lambda))
       complex(wp), dimension(pairs%rows(), 1) :: phi, residual
-      real(wp) :: terms(pairs%rows())
+      real(wp) :: terms(pairs%rows(), 1)
       integer :: j
 
       parts = 0
@@ -33,29 +34,14 @@ contains
          if (allocated(problem%loss)) call problem%loss%add_product((0.0_wp, 1.0_wp), phi, residual)
          call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), pairs%xi(:, j:j), residual)
          terms = 0
-         call add_sizes(problem%mass, abs(pairs%lambda(j))**2, phi(:, 1), terms)
-         call add_sizes(problem%damping, abs(pairs%lambda(j)), phi(:, 1), terms)
-         call add_sizes(problem%stiffness, 1.0_wp, phi(:, 1), terms)
-         if (allocated(problem%loss)) call add_sizes(problem%loss, 1.0_wp, phi(:, 1), terms)
-         call add_transposed_sizes(problem%constraints, pairs%xi(:, j), terms)
+         call add_magnitudes(problem%mass, abs(pairs%lambda(j)**2*phi), terms)
+         call add_magnitudes(problem%damping, abs(pairs%lambda(j)*phi), terms)
+         call add_magnitudes(problem%stiffness, abs(phi), terms)
+         if (allocated(problem%loss)) call add_magnitudes(problem%loss, abs(phi), terms)
+         call add_transposed_sizes(problem%constraints, pairs%xi(:, j), terms(:, 1))
          parts(j) = norm2(abs(residual(:, 1)))/max(norm2(terms), tiny(1.0_wp))
       end do
    end function residual_parts
-
-   ! y := y + factor |A| |x|.
-   pure subroutine add_sizes(matrix, factor, x, y)
-      type(csr_matrix_type), intent(in) :: matrix
-      real(wp), intent(in) :: factor
-      complex(wp), intent(in) :: x(:)
-      real(wp), intent(inout) :: y(:)
-      integer :: i, k
-
-      do i = 1, matrix%rows
-         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            y(i) = y(i) + factor*abs(matrix%value(k))*abs(x(matrix%column(k)))
-         end do
-      end do
-   end subroutine add_sizes
 
    ! y := y + |A|^T |x|.
    pure subroutine add_transposed_sizes(matrix, x, y)

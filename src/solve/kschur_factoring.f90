@@ -1,7 +1,5 @@
 !> Factors a formulation at a shift, and makes the transform that is iterated.
 module kschur_factoring
-   use kschur_allowed_motions, only: allowed_motions
-   use kschur_complex_dense_transform, only: complex_dense_transform_type, new_complex_dense_transform
    use kschur_context, only: solve_context_type
    use kschur_dense_transform, only: dense_transform_type, new_dense_transform
    use kschur_direct_complex, only: direct_complex_type
@@ -20,7 +18,6 @@ module kschur_factoring
    use kschur_quadratic_transform_real, only: real_quadratic_type => quadratic_transform_type, &
       new_real_quadratic => new_quadratic_transform
    use kschur_scaling, only: constraint_factors, first_scale
-   use kschur_staircase, only: zero_and_infinite
    use kschur_symmetric_transform, only: symmetric_transform_type, new_symmetric_transform
    use kschur_tolerances, only: rounding_of_row
    implicit none
@@ -81,35 +78,17 @@ contains
          if (error%code /= error_singular) return
       end if
       if (.not. present(factored)) call s%effort%add_factors(s%transform%linear_solver(), for_iteration)
-      if (s%dense .and. .not. allocated(error)) call make_dense(s, error)
+      if (s%dense .and. .not. allocated(error)) call make_dense(s)
    end subroutine factor_at
 
    ! Replaces the transform by a dense one, with the matrix of its operator on the motions that the constraints allow.
-   subroutine make_dense(s, error)
+   subroutine make_dense(s)
       type(solve_context_type), intent(inout) :: s
-      type(error_type), allocatable, intent(inout) :: error
       type(dense_transform_type), allocatable :: dense
-      type(complex_dense_transform_type), allocatable :: complex_dense
-      real(wp), allocatable :: motions(:, :)
 
-      select type (form => s%transform)
-      type is (complex_quadratic_type)
-         allocate (complex_dense)
-         call allowed_motions(s%work, s%known%deflation, motions, error)
-         if (.not. allocated(error)) call new_complex_dense_transform(complex_dense, form%operator, motions, &
-            zero_and_infinite(s%known%deflation%zero, s%known%deflation%infinite, form%operator%order(), s%shift, &
-            form%operator%unit, oscillator=.false.), error)
-      class default
-         allocate (dense)
-      end select
-      if (allocated(error)) return
-      if (allocated(complex_dense)) then
-         call complex_dense%take_form(s%transform)
-         call move_alloc(complex_dense, s%transform)
-      else
-         call new_dense_transform(dense, s%transform)
-         call move_alloc(dense, s%transform)
-      end if
+      allocate (dense)
+      call new_dense_transform(dense, s%transform)
+      call move_alloc(dense, s%transform)
    end subroutine make_dense
 
    ! Factors an undamped or proportional form, with a solver for its eigenvalue count unless none is wanted.

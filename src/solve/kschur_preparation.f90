@@ -54,21 +54,13 @@ contains
       type(solve_context_type), intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error
       type(modal_problem_type), allocatable :: former
-      logical :: fits
 
-      call s%enter_phase("presolve", error)
+      allocate (former, source=s%work)
+      call reduce(s, error)
       if (allocated(error)) return
-      call s%plan%put_values(s%problem, s%work, fits)
-      if (fits) then
-         if (.not. s%options%is_plain()) call balance(s%work, s%plan)
-      else
-         allocate (former, source=s%work)
-         call reduce(s, error)
-         if (allocated(error)) return
-         if (same_pattern(former%mass, s%work%mass) .and. same_pattern(former%damping, s%work%damping) .and. &
-            same_pattern(former%stiffness, s%work%stiffness) .and. same_pattern(former%constraints, s%work%constraints) .and. &
-            allocated(former%position)) call move_alloc(former%position, s%work%position)
-      end if
+      if (same_pattern(former%mass, s%work%mass) .and. same_pattern(former%damping, s%work%damping) .and. &
+         same_pattern(former%stiffness, s%work%stiffness) .and. same_pattern(former%constraints, s%work%constraints) .and. &
+         allocated(former%position)) call move_alloc(former%position, s%work%position)
       s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant - s%plan%redundant, &
          size(s%known%rigid%lambda))
    end subroutine reduce_again
