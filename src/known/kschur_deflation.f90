@@ -5,11 +5,11 @@ module kschur_deflation
    use kschur_lapack, only: dsygv
    use kschur_magnitudes, only: add_magnitudes, magnitudes
    use kschur_orthonormal, only: subtract
-   use kschur_problem, only: modal_problem_type, damping_proportional
+   use kschur_problem, only: damping_general, damping_proportional, modal_problem_type
    use kschur_row_sums, only: row_sums_type
-   use kschur_staircase, only: root_space_type
+   use kschur_staircase, only: root_space_type, separate_motions
    use kschur_tall_products_real, only: column_length
-   use kschur_tolerances, only: cancelled, hidden_inertia, root_epsilon, rounding_of_sums
+   use kschur_tolerances, only: cancelled, hidden_inertia, root_epsilon, rounding_of_energy, rounding_of_sums
    implicit none
    private
    public :: deflation_type, new_deflation, diagonalize_damping
@@ -63,7 +63,7 @@ contains
       real(wp), intent(in) :: motions(:, :)
       !> Their multipliers xi, K phi + Cq^T xi = 0, m x k.
       real(wp), intent(in) :: multipliers(:, :)
-      real(wp), allocatable :: vectors(:, :), inertia(:, :), damping_forces(:, :), decay(:), terms(:, :), level(:)
+      real(wp), allocatable :: vectors(:, :), inertia(:, :), damping_forces(:, :), decay(:), level(:)
       logical :: separate
       integer :: n, m, k, i
 
@@ -75,15 +75,11 @@ contains
       vectors(n + 1:, :) = multipliers(:, :k)
       call diagonalize_damping(problem, vectors, decay, separate)
       if (problem%damping_kind == damping_proportional) decay = problem%alpha
-      allocate (inertia(n, k), damping_forces(n, k), terms(n, k), source=0.0_wp)
+      allocate (inertia(n, k), damping_forces(n, k), source=0.0_wp)
       call problem%mass%add_product(1.0_wp, vectors(:n, :), inertia)
       call problem%damping%add_product(1.0_wp, vectors(:n, :), damping_forces)
-      call add_magnitudes(problem%damping, magnitudes(vectors(:n, :)), terms)
       allocate (level, source=cancelled*problem%damping%infinity_norm()*maxval(abs(vectors(:n, :)), 1))
       do i = 1, k
-         ! Each row is compared with its own terms: the units of one row must not hide the forces of others.
-         if (problem%damping_kind /= damping_proportional .and. maxval(abs(damping_forces(:, i))) <= level(i) .and. &
-            all(abs(damping_forces(:, i)) <= root_epsilon*terms(:, i))) decay(i) = 0
          separate = separate .and. maxval(abs(damping_forces(:, i) - decay(i)*inertia(:, i))) <= level(i)
       end do
       if (.not. separate) k = 0
@@ -96,20 +92,23 @@ contains
    end subroutine new_deflation
 
    !> Diagonalizes damping on a space of motions: replaces the basis X by X Y with (X Y)^T M X Y = I, (X Y)^T R X Y = diag(rates),
-   !> by LAPACK's dsygv.
+   !> by LAPACK's dsygv, whose errors are those of the largest rate, and by Rayleigh quotients, whose errors are those of their own
+   !> terms. A rate is zero if the forces of its motion are small next to their terms in each row, as the units of one row must not
+   !> hide the forces of others, and their energy is rounding.
    subroutine diagonalize_damping(problem, x, rates, done)
       type(modal_problem_type), intent(in) :: problem
       !> Motions above their multipliers, (n + m) x k.
       real(wp), intent(inout) :: x(:, :)
-      !> Decay rates, k numbers (1/s), ascending.
+      !> Decay rates, k numbers (1/s).
       real(wp), allocatable, intent(out) :: rates(:)
       !> False where M is not definite on the space: X has lost its meaning then.
       logical, intent(out) :: done
-      real(wp), allocatable :: inertia(:, :), damping_forces(:, :), mass(:, :), damping(:, :), work(:)
+      real(wp), allocatable :: inertia(:, :), damping_forces(:, :), mass(:, :), damping(:, :), work(:), sizes(:, :), terms(:, :)
       integer :: n, k, info
 
       n = problem%unknowns()
       k = size(x, 2)
+      if (problem%damping_kind == damping_general) call separate_motions(x, problem%damping, problem%mass)
       allocate (inertia(n, k), damping_forces(n, k), source=0.0_wp)
       call problem%mass%add_product(1.0_wp, x(:n, :), inertia)
       call problem%damping%add_product(1.0_wp, x(:n, :), damping_forces)
@@ -119,6 +118,12 @@ contains
       call dsygv(1, "V", "U", k, damping, max(k, 1), mass, max(k, 1), rates, work, size(work), info)
       done = info == 0
       x = matmul(x, damping)
+      damping_forces = matmul(damping_forces, damping)
+      rates = sum(x(:n, :)*damping_forces, 1)
+      sizes = magnitudes(x(:n, :))
+      allocate (terms(n, k), source=0.0_wp)
+      call add_magnitudes(problem%damping, sizes, terms)
+      where (all(abs(damping_forces) <= root_epsilon*terms, 1) .and. abs(rates) <= rounding_of_energy*sum(sizes*terms, 1)) rates = 0
    end subroutine diagonalize_damping
 
    ! The largest lambda (1/s) at which lambda^2 phi^T M phi is at most `hidden_inertia` times the rounding of phi^T K phi, over the

@@ -4,6 +4,7 @@ module kschur_null_space
    use kschur_direct_solver, only: direct_real_type
    use kschur_effort, only: effort_type
    use kschur_energies, only: diagonalize_energies
+   use kschur_equilibration, only: equilibrate
    use kschur_error, only: error_type, error_cancelled, error_convergence, error_memory, error_singular
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
@@ -22,18 +23,18 @@ module kschur_null_space
    private
    public :: find_null_space, null_space_type
 
-   !> The null space {phi : A phi + Cq^T xi = 0, Cq phi = 0}, with the factors of [D A D, D Cq^T S; S Cq D, 0] + E. The diagonals D
-   !> and S scale the rows of both blocks to size one, so that the numerical rank does not depend on units, or on heavy and light
-   !> parts. The perturbation E makes the matrix regular: diag(delta I, -delta I) or, as left and right null vectors of an
-   !> unsymmetric A may be orthogonal to each other, a random matrix on the pattern of the problem in place of delta I. Without E
-   !> a null pivot of a redundant constraint could not be told from one of a null vector. Without constraints E is zero if A is
-   !> unsymmetric and regular, and rounding and delta at null pivots alone if A is positive semidefinite: the factors are those of A
-   !> then, for forces orthogonal to the null vectors (`exact`).
+   !> The null space {phi : A phi + Cq^T xi = 0, Cq phi = 0}, with the factors of D1 [A, Cq^T; Cq, 0] D2 + E. The diagonals D1 and
+   !> D2, equal if A is symmetric or nothing is added, scale rows and columns to size one, so that the numerical rank does not
+   !> depend on units, or on heavy and light parts. The perturbation E makes the matrix regular: diag(delta I, -delta I) or, as
+   !> left and right null vectors of an unsymmetric A may be orthogonal to each other, a random matrix on the pattern of the problem
+   !> in place of delta I. Without E a null pivot of a redundant constraint could not be told from one of a null vector. Without
+   !> constraints E is zero if A is unsymmetric and regular, and rounding and delta at null pivots alone if A is positive
+   !> semidefinite: the factors are those of A then, for forces orthogonal to the null vectors (`exact`).
    type :: null_space_type
       !> phi, n x k, and xi, m x k.
       real(wp), allocatable :: motions(:, :), multipliers(:, :)
-      !> D, n numbers, and S, m numbers: powers of two.
-      real(wp), allocatable :: scaling(:), constraint_scaling(:)
+      !> D1 and D2, n + m numbers each: powers of two.
+      real(wp), allocatable :: row_scaling(:), column_scaling(:)
       !> The factors of the perturbed matrix.
       class(real_linear_solver_type), allocatable :: solver
       !> Whether the energy of a vector of a symmetric A exceeds rounding: it may be no null vector.
@@ -43,8 +44,9 @@ module kschur_null_space
       ! The scaled matrix, and E.
       type(csr_matrix_type), private :: matrix, added
       logical, private :: symmetric = .false.
+      integer, private :: unknowns = 0
       real(wp), private :: delta = 0
-      ! D^{-1} phi above S^{-1} xi, the columns of D^{-1} phi orthonormal.
+      ! D2^{-1} [phi; xi], its columns orthonormal in the first n rows.
       real(wp), allocatable, private :: basis(:, :)
       ! Growth of the first block in inverse iteration, in units of 1/delta.
       real(wp), private :: growth = 0
@@ -107,7 +109,7 @@ contains
             attempt = attempts
          end if
       end do
-      call unscale(space, basis, space%motions, space%multipliers)
+      call unscale(space, space%column_scaling, basis, space%motions, space%multipliers)
       call move_alloc(basis, space%basis)
    end subroutine find_null_space
 
@@ -150,25 +152,29 @@ contains
       end if
    end subroutine factor_alone
 
-   ! Sets the scaled matrix [D A D, D Cq^T S; S Cq D, 0], without E, and its structure.
+   ! Sets the scaled matrix, without E, and its structure.
    subroutine scale_matrix(space, problem, matrix, structure)
       type(null_space_type), intent(inout) :: space
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(out) :: structure
       type(csr_matrix_type) :: a, constraints
+      real(wp) :: scaling(problem%unknowns()), constraint_scaling(problem%multipliers())
 
+      space%unknowns = problem%unknowns()
       ! The pattern includes that of M, so that one symbolic analysis serves K and K - s M.
       a = linear_combination(1.0_wp, matrix, 0.0_wp, problem%mass)
       structure = saddle_structure(problem)
       if (.not. problem%symmetric) structure%symmetric = a%is_symmetric()
       space%symmetric = structure%symmetric
       constraints = problem%constraints
-      call set_scalings(space, a, constraints)
-      call a%scale_entries(space%scaling, space%scaling)
-      call constraints%scale_entries(spread(1.0_wp, 1, problem%multipliers()), space%scaling)
+      call find_scalings(a, constraints, scaling, constraint_scaling)
+      call a%scale_entries(scaling, scaling)
+      call constraints%scale_entries(spread(1.0_wp, 1, problem%multipliers()), scaling)
+      space%row_scaling = [scaling, constraint_scaling]
+      space%column_scaling = space%row_scaling
       if (constraints%rows > 0) then
-         space%matrix = bordered(a, constraints, space%constraint_scaling)
+         space%matrix = bordered(a, constraints, constraint_scaling)
       else
          space%matrix%rows = a%rows
          space%matrix%columns = a%columns
@@ -195,6 +201,7 @@ contains
       m = problem%multipliers()
       call move_alloc(solver, space%solver)
       call scale_matrix(space, problem, matrix, structure)
+      if (.not. structure%symmetric) call equilibrate(space%matrix, space%row_scaling, space%column_scaling)
       space%delta = 3.0_wp**attempt*max(above_rounding*space%solver%accuracy, visible_pivot)
       if (structure%symmetric) then
          e = identity_csr_matrix(n)
@@ -206,11 +213,11 @@ contains
       call space%solver%factorize(linear_combination(1.0_wp, space%matrix, 1.0_wp, space%added), structure, error)
    end subroutine factor_perturbed
 
-   ! Sets the scalings D and S to powers of two, so that scaling is exact: of unknowns by the largest entry of their rows of A,
+   ! Finds powers of two, so that scaling is exact: of unknowns by the largest entry of their rows of A,
    ! or of those that constraints tie them to; of constraints by their largest entry after that.
-   subroutine set_scalings(space, a, constraints)
-      type(null_space_type), intent(inout) :: space
+   subroutine find_scalings(a, constraints, scaling, constraint_scaling)
       type(csr_matrix_type), intent(in) :: a, constraints
+      real(wp), intent(out) :: scaling(:), constraint_scaling(:)
       real(wp) :: level(a%rows), softest
       integer :: i
 
@@ -221,15 +228,14 @@ contains
       where (.not. level > 0) level = maxval(level)
       ! A tie by an entry that is a rounding error must not lower a level below the softest row.
       level = max(level, softest)
-      allocate (space%scaling(a%rows), source=scale(1.0_wp, -exponent(level)/2))
-      allocate (space%constraint_scaling(constraints%rows))
+      scaling = scale(1.0_wp, -exponent(level)/2)
       do i = 1, constraints%rows
          associate (first => constraints%row_start(i), last => constraints%row_start(i + 1) - 1)
-            space%constraint_scaling(i) = scale(1.0_wp, -exponent(maxval( &
-               abs(constraints%value(first:last)*space%scaling(constraints%column(first:last))))))
+            constraint_scaling(i) = scale(1.0_wp, -exponent(maxval( &
+               abs(constraints%value(first:last)*scaling(constraints%column(first:last))))))
          end associate
       end do
-   end subroutine set_scalings
+   end subroutine find_scalings
 
    ! A random matrix on the symmetrized pattern of M, R and K and the diagonal, entries of either sign between a half and one.
    function random_on_pattern(problem, seed) result(matrix)
@@ -259,19 +265,21 @@ contains
          return
       end if
       call find_null_vectors(self, .true., basis, error)
-      if (.not. allocated(error)) call unscale(self, basis, left, multipliers)
+      if (.not. allocated(error)) call unscale(self, self%row_scaling, basis, left, multipliers)
    end subroutine find_left
 
-   ! Transforms vectors of the scaled matrix to those of A: phi = D x, xi = S y.
-   subroutine unscale(space, basis, motions, multipliers)
+   ! Transforms vectors of the scaled matrix to those of A: [phi; xi] = D x.
+   subroutine unscale(space, scaling, basis, motions, multipliers)
       type(null_space_type), intent(in) :: space
+      !> D: D2, or D1 for vectors of the transposed matrix.
+      real(wp), intent(in) :: scaling(:)
       real(wp), intent(in) :: basis(:, :)
       real(wp), allocatable, intent(out) :: motions(:, :), multipliers(:, :)
-      integer :: n
 
-      n = size(space%scaling)
-      allocate (motions, source=basis(:n, :)*spread(space%scaling, 2, size(basis, 2)))
-      allocate (multipliers, source=basis(n + 1:, :)*spread(space%constraint_scaling, 2, size(basis, 2)))
+      associate (n => space%unknowns, vectors => basis*spread(scaling, 2, size(basis, 2)))
+         allocate (motions, source=vectors(:n, :))
+         allocate (multipliers, source=vectors(n + 1:, :))
+      end associate
    end subroutine unscale
 
    ! Finds all null vectors, block by block until a block has fewer than it has room for, and drops those of a symmetric matrix
@@ -286,7 +294,7 @@ contains
       integer :: block_size, n, n_before, n_new
       logical :: doubtful
 
-      n = size(space%scaling)
+      n = space%unknowns
       allocate (basis(space%matrix%rows, 0))
       state = state_of_seed(5)
       block_size = 1
@@ -316,7 +324,7 @@ contains
       logical, allocatable :: is_null(:), is_settled(:)
       integer :: n, k, turn, j
 
-      n = size(space%scaling)
+      n = space%unknowns
       k = size(basis, 2)
       allocate (x, source=basis)
       call diagonalize_energies(space%matrix, n, x, energies, relative_energies, error)
@@ -370,7 +378,7 @@ contains
       integer, allocatable :: nearly_null(:)
       integer :: i, j, n, n_null
 
-      n = size(space%scaling)
+      n = space%unknowns
       doubtful = .false.
       allocate (x(size(basis, 1), block_size), source=0.0_wp)
       do i = 1, 2*double_iterations
@@ -425,9 +433,9 @@ contains
       real(wp), allocatable :: rhs(:, :)
       integer :: n, step
 
-      n = size(self%scaling)
+      n = self%unknowns
       allocate (rhs(self%matrix%rows, size(f, 2)), source=0.0_wp)
-      rhs(:n, :) = f*spread(self%scaling, 2, size(f, 2))
+      rhs(:n, :) = f*spread(self%row_scaling(:n), 2, size(f, 2))
       y = 0
       do step = 1, refinements
          call correct(self, .false., rhs, y, error, self%basis)
@@ -435,7 +443,7 @@ contains
          call subtract(self%basis, self%basis, y, n)
          call subtract(self%basis, self%basis, y, n)
       end do
-      y = y*spread([self%scaling, self%constraint_scaling], 2, size(f, 2))
+      y = y*spread(self%column_scaling, 2, size(f, 2))
    end subroutine pseudo_solve
 
    ! Corrects solutions of A x = f by the factors of A + E: reduces the effect of E by a factor of delta ||A^+||. Where E is delta
@@ -453,7 +461,7 @@ contains
 
       allocate (residual, source=f)
       residual = residual - product_of(space%matrix, transposed, x)
-      if (present(null_vectors) .and. space%symmetric .and. size(space%constraint_scaling) == 0) &
+      if (present(null_vectors) .and. space%symmetric .and. space%matrix%rows == space%unknowns) &
          call subtract(null_vectors, null_vectors, residual)
       call solve(space, transposed, residual, error)
       if (.not. allocated(error)) x = x + residual

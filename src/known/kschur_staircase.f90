@@ -13,7 +13,7 @@ module kschur_staircase
    use kschur_tolerances, only: cancelled, rounding_of_sums
    implicit none
    private
-   public :: find_root_space, most_null_vectors, root_space_type, undamped_zeros, zero_and_infinite
+   public :: find_root_space, most_null_vectors, root_space_type, separate_motions, undamped_zeros, zero_and_infinite
 
    !> Chains are not computed if there are more null vectors than this: the steps below are dense.
    integer, parameter :: most_null_vectors = 1000
@@ -57,7 +57,7 @@ contains
       !> Asked before each step whether to go on.
       class(monitor_type), optional, intent(inout) :: monitor
       real(wp), allocatable :: left(:, :), forces(:, :), terms(:, :), term_sizes(:, :), scaling(:), extended(:, :), &
-         combinations(:, :), conditions(:, :), singular(:), vectors(:, :), y(:, :), weights(:)
+         combinations(:, :), conditions(:, :), singular(:), vectors(:, :), y(:, :)
       integer :: n, k, s
 
       n = size(null_space%motions, 1)
@@ -67,10 +67,8 @@ contains
       if (k == 0) return
       call null_space%find_left(left, error)
       if (allocated(error) .or. size(left, 2) /= k) return
-      ! A basis of separate motions: in a mixed one, terms of heavy or damped motions would hide those of light or undamped ones.
-      weights = row_weights(a1, a2)
-      call reduce_to_echelon(space%x, weights)
-      call reduce_to_echelon(left, weights)
+      call separate_motions(space%x, a1, a2)
+      call separate_motions(left, a1, a2)
       do
          call ask_monitor(monitor, error)
          if (allocated(error)) return
@@ -178,6 +176,17 @@ contains
       call move_alloc(all, columns)
    end subroutine append_columns
 
+   !> Replaces a basis of motions by one of separate motions: in a mixed one, terms of heavy or damped motions would hide those of
+   !> light or undamped ones.
+   pure subroutine separate_motions(basis, a1, a2)
+      !> n rows of motions; rows below them are combined alike.
+      real(wp), intent(inout) :: basis(:, :)
+      !> Coefficients of lambda and lambda^2.
+      type(csr_matrix_type), intent(in) :: a1, a2
+
+      call reduce_to_echelon(basis, row_weights(a1, a2))
+   end subroutine separate_motions
+
    ! Computes a weight of each row: its largest entry in A1, relative to the matrix, or for a row of zeros that in A2, scaled below
    ! all others.
    pure function row_weights(a1, a2) result(weights)
@@ -207,21 +216,23 @@ contains
    ! are rounding become zero.
    pure subroutine reduce_to_echelon(basis, weights)
       real(wp), intent(inout) :: basis(:, :)
+      !> Of the first n rows; the others are no pivot rows.
       real(wp), intent(in) :: weights(:)
       ! A pivot that is smaller in its vector than this would spoil the vectors before it.
       real(wp), parameter :: largest_factor = 10
       real(wp) :: column(size(basis, 1)), factor
-      integer :: j, l, largest, place(2)
+      integer :: n, j, l, largest, place(2)
 
+      n = size(weights)
       do j = 1, size(basis, 2)
-         basis(:, j) = basis(:, j)/maxval(abs(basis(:, j)))
+         basis(:, j) = basis(:, j)/maxval(abs(basis(:n, j)))
       end do
       do j = 1, size(basis, 2)
          ! The pivot rows before have zeros in these columns.
-         place = maxloc(abs(basis(:, j:))*spread(weights, 2, size(basis, 2) - j + 1))
+         place = maxloc(abs(basis(:n, j:))*spread(weights, 2, size(basis, 2) - j + 1))
          largest = place(2) + j - 1
          if (.not. abs(basis(place(1), largest)) > 0) return
-         column = basis(:, largest)/maxval(abs(basis(:, largest)))
+         column = basis(:, largest)/maxval(abs(basis(:n, largest)))
          basis(:, largest) = basis(:, j)
          basis(:, j) = column
          do l = 1, size(basis, 2)
@@ -231,7 +242,7 @@ contains
             basis(:, l) = basis(:, l) - factor*column
             basis(place(1), l) = 0
          end do
-         where (abs(basis) <= rounding_of_sums) basis = 0
+         where (abs(basis(:n, :)) <= rounding_of_sums) basis(:n, :) = 0
       end do
    end subroutine reduce_to_echelon
 

@@ -82,12 +82,12 @@ contains
       call self%deflation%project_forces(y)
       allocate (rhs(n + self%problem%multipliers(), size(x, 2)), source=0.0_wp)
       do j = 1, size(x, 2)
-         rhs(:n, j) = self%stiffness%scaling*y(:, j)
+         rhs(:n, j) = self%stiffness%row_scaling(:n)*y(:, j)
       end do
       call self%stiffness%solver%solve(rhs, error)
       if (allocated(error)) return
       do j = 1, size(x, 2)
-         y(:, j) = self%stiffness%scaling*rhs(:n, j)
+         y(:, j) = self%stiffness%column_scaling(:n)*rhs(:n, j)
       end do
       call self%deflation%project(y)
    end subroutine apply

@@ -4,12 +4,12 @@ module kschur_cluster_refinement
    use kschur_error, only: error_type
    use kschur_extended_residual, only: residual_of, violations_of
    use kschur_kinds, only: wp
-   use kschur_lapack, only: zgesv
+   use kschur_lapack, only: zgesv, zgesvd
    use kschur_problem, only: modal_problem_type
    use kschur_projected, only: independent_eigenvectors, schur_form
    use kschur_sparse, only: csr_matrix_type
    use kschur_tolerances, only: cancelled, contraction, dependent, equal_value, known_well, no_correct_digits, real_tolerance, &
-      rounding_of_sums, slow_refinement
+      rounding_of_row, slow_refinement
    implicit none
    private
    public :: refine_cluster
@@ -319,26 +319,33 @@ contains
       complex(wp), allocatable :: y(:, :)
       type(error_type), allocatable :: error
       integer, allocatable :: chosen(:)
-      integer :: i, j, k
+      integer :: i, k
+      logical :: one_value
 
       k = size(values)
       t = pair%s
-      ! Copies that differ by rounding are equal: their shapes are as they are.
       mean = sum([(t(i, i), i=1, k)])/k
-      if (all([(all(abs([(t(i, j) - merge(mean, (0.0_wp, 0.0_wp), i == j), i=1, k)]) <= rounding_of_sums*abs(mean)), j=1, k)])) then
-         t = 0
+      do i = 1, k
+         t(i, i) = t(i, i) - mean
+      end do
+      call nilpotent_form(t, q, rounding_of_row*maxval([abs(mean), abs(t)]), one_value)
+      if (one_value) then
+         values = mean
+         real_q = real(q, wp)
          do i = 1, k
             t(i, i) = mean
          end do
+      else
+         t = pair%s
       end if
       if (pair%real_basis) then
          real_t = real(t, wp)
-         call schur_form(real_t, real_q, values, error)
+         if (.not. one_value) call schur_form(real_t, real_q, values, error)
          chosen = pack([(i, i=1, k)], aimag(values) >= 0)
          if (.not. allocated(error)) call independent_eigenvectors(real_t, cancelled, chosen, y)
          q = real_q
       else
-         call schur_form(t, q, values, error)
+         if (.not. one_value) call schur_form(t, q, values, error)
          chosen = [(i, i=1, k)]
          if (.not. allocated(error)) call independent_eigenvectors(t, cancelled, chosen, y)
       end if
@@ -349,6 +356,50 @@ contains
       pairs%phi = matmul(pair%x, y)
       pairs%xi = matmul(pair%xi, y)
    end subroutine split_pair
+
+   ! Transforms a matrix that is nilpotent but for rounding to strictly triangular form: copies of an eigenvalue, and
+   ! chains of a defective one, which a Schur form splits by a root of the rounding. Null vectors come first, then those of what
+   ! remains, as in a staircase (Kublanovskaya, USSR Comput. Math. Math. Phys. 6 (1966)).
+   subroutine nilpotent_form(t, q, rounding, done)
+      !> The matrix, replaced by Q^* T Q, strictly upper triangular.
+      complex(wp), intent(inout) :: t(:, :)
+      !> Unitary.
+      complex(wp), intent(out) :: q(:, :)
+      !> Singular values below this are zero.
+      real(wp), intent(in) :: rounding
+      !> False where it is not nilpotent.
+      logical, intent(out) :: done
+      complex(wp), allocatable :: block(:, :), v(:, :), vectors(:, :), work(:)
+      complex(wp) :: no_u(1, 1)
+      real(wp) :: singular(size(t, 1)), rwork(5*size(t, 1))
+      integer :: k, first, order, null, info, i
+
+      k = size(t, 1)
+      q = 0
+      do i = 1, k
+         q(i, i) = 1
+      end do
+      allocate (work(10*k + 1))
+      first = 1
+      done = .true.
+      do while (first <= k)
+         order = k - first + 1
+         ! OpenBLAS reads a few entries beyond the end.
+         allocate (block(order, order + 1), v(order, order + 1), source=(0.0_wp, 0.0_wp))
+         block(:, :order) = t(first:, first:)
+         call zgesvd("N", "A", order, order, block, order, singular, no_u, 1, v, order, work, size(work), rwork, info)
+         null = count(singular(:order) <= rounding)
+         done = info == 0 .and. null > 0
+         if (.not. done) return
+         vectors = conjg(transpose(cshift(v(:, :order), -null, 1)))
+         t(:, first:) = matmul(t(:, first:), vectors)
+         t(first:, first:) = matmul(conjg(transpose(vectors)), t(first:, first:))
+         q(:, first:) = matmul(q(:, first:), vectors)
+         t(first:, first:first + null - 1) = 0
+         first = first + null
+         deallocate (block, v)
+      end do
+   end subroutine nilpotent_form
 
    ! Makes two real eigenvalues of each pair that rounding took off the real axis: they have one invariant subspace.
    subroutine part_pairs(pairs)

@@ -133,16 +133,17 @@ contains
       ! Largest dimension of the space.
       integer, parameter :: largest = 200
       complex(wp), allocatable :: states(:, :), images(:, :), solutions(:, :)
-      type(polished_type) :: current
+      type(polished_type) :: current, previous
       real(wp) :: limit, least
       integer(long) :: random_state
       integer :: step, inside, filled
-      logical :: settled
+      logical :: settled, others_left
 
       random_state = state_of_seed(0)
       limit = max(self%tolerance, min(10*worst, inaccurate_above))
       polished%pairs = chosen_pairs(members, spread(.false., 1, size(members%lambda)))
       allocate (polished%pairs%paired(0), polished%errors(0))
+      previous = polished
       call begin_states(members, cluster, abs(shift), n_random, random_state, states, error)
       if (allocated(error)) return
       step = 0
@@ -168,11 +169,14 @@ contains
             current%errors = pack(current%errors, current%errors <= limit)
          end if
          current%eigenvalues = cluster%count_eigenvalues(current%pairs%lambda)
-         settled = is_settled(current, polished)
-         if (is_better(current, polished)) then
+         ! What settles is preferred to what had more Ritz values within the cluster: one that leaves is no eigenvalue there.
+         others_left = is_settled(current, previous) .and. current%eigenvalues < polished%eigenvalues
+         settled = others_left .or. is_settled(current, polished)
+         if (others_left .or. is_better(current, polished)) then
             polished = current
             if (settled) exit
          end if
+         previous = current
          call move_alloc(images, states)
          ! If all Ritz values are within the cluster the space may be too small: adds random vectors, unless the last ones found
          ! nothing.

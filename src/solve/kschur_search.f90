@@ -20,7 +20,7 @@ module kschur_search
    use kschur_shapes, only: independent_part, independent_parts
    use kschur_shift, only: factor_beside, move_to_modes
    use kschur_text, only: text
-   use kschur_tolerances, only: dependent_state, no_correct_digits, same_shape, same_value
+   use kschur_tolerances, only: dependent_state, no_correct_digits, same_shape, same_value, too_far
    use kschur_options, only: formulation_quadratic
    use kschur_transform, only: transform_type
    implicit none
@@ -46,8 +46,8 @@ contains
       if (.not. s%options%is_plain() .and. modes%reason /= reason_cancelled) then
          ! Modes that polishing could not make accurate may be infinite eigenvalues.
          if (has_too_few(s, modes) .and. s%known%total%exact) call modes%drop(modes%backward_error > inaccurate_above)
-         if (has_too_few(s, modes) .and. s%known%total%exact .and. complete .and. modes%found < s%known%total%number) &
-            call search_elsewhere(s, modes, error)
+         if ((has_too_few(s, modes) .or. misses_nearer(s, modes)) .and. s%known%total%exact .and. complete .and. &
+            modes%found < s%known%total%number) call search_elsewhere(s, modes, error)
          if (allocated(error)) return
       end if
       if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled)) call refine_modes(s, modes)
@@ -95,6 +95,15 @@ contains
 
       has_too_few = size(modes%lambda) < s%options%modes
    end function has_too_few
+
+   ! Whether an iteration that had no more may have missed modes nearer than the furthest: from the shift these look infinite.
+   pure logical function misses_nearer(s, modes)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(in) :: modes
+
+      misses_nearer = modes%reason == reason_fewer_modes .and. &
+         maxval([0.0_wp, distances(modes%lambda, s%options%target)]) + abs(s%options%target) > too_far*abs(s%shift)
+   end function misses_nearer
 
    ! Whether all eigenvalues of the problem were found, by their exact number.
    pure logical function all_known(s, modes)
@@ -350,7 +359,7 @@ contains
             ! The converged modes need not be the nearest ones.
             return
          else if (.not. has_too_few(s, modes)) then
-            modes%reason = merge(reason_inaccurate, reason_converged, &
+            modes%reason = merge(reason_inaccurate, reason_converged, (misses_nearer(s, modes) .and. .not. all_found) .or. &
                size(modes%unlisted) > 0 .or. any(modes%backward_error > inaccurate_above))
          else
             modes%reason = merge(reason_fewer_modes, reason_inaccurate, all_found)

@@ -138,7 +138,7 @@ contains
       call s%effort%add_solves(s%known%stiffness%solver)
       s%known%stiffness%solver%solve_seconds = 0
       allocate (scaled)
-      call scaled%take(s%known%stiffness%solver, s%known%stiffness%scaling)
+      call scaled%take(s%known%stiffness%solver, s%known%stiffness%row_scaling)
       deallocate (s%known%stiffness)
       call move_alloc(scaled, solver)
       s%scale = scale
