@@ -2,10 +2,11 @@
 !> later steps: null vectors of K are rigid motions and mechanisms (lambda = 0), those of M belong to infinite eigenvalues.
 module kschur_null_space
    use kschur_direct_solver, only: direct_real_type
-   use kschur_effort, only: effort_type
+   use kschur_effort, only: effort_type, for_rigid_motions
    use kschur_energies, only: diagonalize_energies
    use kschur_equilibration, only: equilibrate
    use kschur_error, only: error_type, error_cancelled, error_convergence, error_memory, error_singular
+   use kschur_held_bodies, only: are_held, try_factors
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_options, only: inner_mumps
@@ -29,7 +30,8 @@ module kschur_null_space
    !> left and right null vectors of an unsymmetric A may be orthogonal to each other, a random matrix on the pattern of the problem
    !> in place of delta I. Without E a null pivot of a redundant constraint could not be told from one of a null vector. Without
    !> constraints E is zero if A is unsymmetric and regular, and rounding and delta at null pivots alone if A is positive
-   !> semidefinite: the factors are those of A then, for forces orthogonal to the null vectors (`exact`).
+   !> semidefinite, as also with constraints between few bodies: the factors are those of A then, for forces orthogonal to the null
+   !> vectors (`exact`).
    type :: null_space_type
       !> phi, n x k, and xi, m x k.
       real(wp), allocatable :: motions(:, :), multipliers(:, :)
@@ -83,11 +85,12 @@ contains
       class(real_linear_solver_type), allocatable :: solver
       real(wp), allocatable :: basis(:, :)
       integer :: attempt
+      logical :: found
 
-      call factor_alone(space, problem, matrix, inner, purpose, effort, basis, error)
+      call factor_alone(space, problem, matrix, inner, purpose, effort, basis, found, error)
       if (allocated(error)) return
       attempt = 0
-      do while (.not. space%exact)
+      do while (.not. found)
          attempt = attempt + 1
          if (allocated(space%solver)) call effort%add_solves(space%solver)
          if (attempt <= attempts) then
@@ -113,10 +116,9 @@ contains
       call move_alloc(basis, space%basis)
    end subroutine find_null_space
 
-   ! Factors A itself, without E, and finds its null vectors. Sets `exact` only if there are no constraints and, of a symmetric A,
-   ! the inertia shows no negative eigenvalue but those of null vectors, whose pivots are rounding; an unsymmetric one must have no
-   ! null vector, as pivoting leaves unknown what rounding puts in the place of the null pivots.
-   subroutine factor_alone(space, problem, matrix, inner, purpose, effort, basis, error)
+   ! Factors A itself, without E, and finds its null vectors (`found`), of a symmetric A if the inertia shows no negative eigenvalue
+   ! but those of null vectors and multipliers; an unsymmetric one must have none, as pivoting leaves unknown what replaces them.
+   subroutine factor_alone(space, problem, matrix, inner, purpose, effort, basis, found, error)
       type(null_space_type), intent(inout) :: space
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: matrix
@@ -124,10 +126,14 @@ contains
       integer, intent(in) :: purpose
       class(effort_type), intent(inout) :: effort
       real(wp), allocatable, intent(out) :: basis(:, :)
+      logical, intent(out) :: found
       type(error_type), allocatable, intent(out) :: error
       type(matrix_structure_type) :: structure
 
-      if (problem%multipliers() > 0) return
+      found = .false.
+      if (problem%multipliers() > 0) then
+         if (purpose /= for_rigid_motions .or. .not. are_held(problem)) return
+      end if
       select type (solver => inner%unshifted)
       type is (direct_real_type)
          allocate (space%solver, source=solver)
@@ -136,7 +142,7 @@ contains
       end select
       call scale_matrix(space, problem, matrix, structure)
       structure%singular = structure%symmetric
-      space%delta = visible_pivot
+      space%delta = structure%least_pivot()
       call space%solver%factorize(space%matrix, structure, error)
       if (.not. allocated(error)) then
          call effort%add_factors(space%solver, purpose)
@@ -146,9 +152,13 @@ contains
          if (all(error%code /= [error_cancelled, error_memory])) deallocate (error)
       else if (structure%symmetric) then
          ! Each negative pivot belongs to a null vector then.
-         space%exact = space%solver%negative_pivots <= size(basis, 2) .and. .not. space%doubtful
+         found = space%solver%negative_pivots <= problem%multipliers() + size(basis, 2) .and. .not. space%doubtful
+         space%exact = found
+         if (found .and. problem%multipliers() > 0) &
+            call try_factors(space%solver, space%matrix, basis, space%unknowns, space%exact, error)
       else
-         space%exact = space%solver%null_pivots == 0 .and. size(basis, 2) == 0
+         found = space%solver%null_pivots == 0 .and. size(basis, 2) == 0
+         space%exact = found
       end if
    end subroutine factor_alone
 
@@ -461,7 +471,8 @@ contains
 
       allocate (residual, source=f)
       residual = residual - product_of(space%matrix, transposed, x)
-      if (present(null_vectors) .and. space%symmetric .and. space%matrix%rows == space%unknowns) &
+      if (present(null_vectors) .and. space%symmetric .and. &
+         (space%matrix%rows == space%unknowns .or. .not. allocated(space%added%value))) &
          call subtract(null_vectors, null_vectors, residual)
       call solve(space, transposed, residual, error)
       if (.not. allocated(error)) x = x + residual

@@ -142,6 +142,7 @@ contains
       statistics%operator_applications = statistics%operator_applications + b
       started = clock()
       call subtract_recurrence(d, x, coefficients)
+      call operator%clean(x)
       if (.not. all(abs(coefficients(first:last, :)) <= huge(1.0_wp))) call new_error(error, error_library, &
          "the operator made a vector that is not finite")
       if (allocated(error)) return

@@ -25,6 +25,9 @@ module kschur_operator
       !> Projects vectors of unit norm onto the range of C, to remove rounding errors outside it. `noise` is the accuracy of the
       !> result; 0 if nothing was done.
       procedure :: restrict => no_restriction
+      !> Removes from vectors of any norm what lies outside the range of C, if that is cheap: rounding errors, which combinations
+      !> of vectors amplify from step to step.
+      procedure :: clean => no_cleaning
       !> The operator on distributed vectors, called by all processes with their rows; null if this process has all rows.
       procedure :: by_rows => not_distributed
    end type symmetric_operator_type
@@ -85,6 +88,15 @@ contains
       end associate
       nullify (part)
    end function not_distributed
+
+   ! Default of `clean`.
+   subroutine no_cleaning(self, x)
+      class(symmetric_operator_type), intent(in) :: self
+      real(wp), contiguous, intent(inout) :: x(:, :)
+
+      associate (unused => self, nor => x)
+      end associate
+   end subroutine no_cleaning
 
    ! Default of `restrict`: leaves the vectors as they are.
    subroutine no_restriction(self, x, noise, error)

@@ -147,7 +147,10 @@ contains
       real(wp) :: backward_error
 
       is_joint = self%inner == inner_auto .and. are_several(self%processes, matrix%rows)
-      if (is_joint) then
+      if (is_joint .and. structure%singular .and. structure%multipliers > 0) then
+         call new_error(error, error_library, "several processes do not tell null vectors from what constraints hold")
+         return
+      else if (is_joint) then
          joint%processes => self%processes
          joint%last => self%last
          allocate (ldl, source=joint)
@@ -162,7 +165,9 @@ contains
       end if
       ldl%monitor => self%monitor
       call ldl%factorize(matrix, structure, error)
-      if (.not. allocated(error)) &
+      ! A random side would excite null vectors, whose size hides what else is inaccurate: the caller tries one that does not.
+      backward_error = 0
+      if (.not. (allocated(error) .or. (structure%singular .and. structure%multipliers > 0))) &
          call try_solver(ldl, matrix, structure%multipliers, backward_error, error, self%refinements)
       if (allocated(error)) return
       ! Several processes do not refine the solutions with factors that have lost digits.
@@ -170,6 +175,9 @@ contains
          self%refinements == 0)) then
          call new_error(error, error_library, "a trial solution has a large residual")
       else
+         ! As for a definite matrix with constraints.
+         if (structure%singular .and. structure%multipliers > 0 .and. ldl%factor_entries <= int(low_fill, long)*matrix%rows) &
+            allocate (self%matrix, source=matrix)
          call move_alloc(ldl, self%solver)
       end if
    end subroutine try_ldl

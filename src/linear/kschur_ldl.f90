@@ -15,7 +15,7 @@ module kschur_ldl
    use kschur_supernodal, only: eliminate
    use kschur_symbolic, only: analyze, symbolic_type
    use kschur_text, only: text
-   use kschur_tolerances, only: cancelled, rounding_of_sums, visible_pivot
+   use kschur_tolerances, only: cancelled, rounding_of_sums
    implicit none
    private
    public :: ldl_real_type
@@ -74,7 +74,7 @@ contains
          started = clock()
          if (associated(self%last)) call self%last%take_room(self%factors%lower)
          call eliminate(matrix, self%symbolic, self%subtrees, 0, self%factors, error, self%monitor, &
-            merge(visible_pivot, 0.0_wp, structure%singular))
+            structure%least_pivot())
          if (.not. allocated(error)) call examine_pivots(self, matrix, structure, error)
          call require_memory(right_hand_sides*real_bytes*matrix%rows, "right-hand sides", error)
          self%factorize_seconds = seconds_since(started)
@@ -109,8 +109,11 @@ contains
 
       associate (pivot => self%factors%pivot, order => self%symbolic%order, multipliers => structure%multipliers)
          allocate (diagonal, source=matrix%diagonal())
-         if (.not. all(abs(pivot) > merge(cancelled, rounding_of_sums, self%quasi_definite)*abs(diagonal(order)))) then
+         if (.not. all(abs(pivot) > merge(cancelled, rounding_of_sums, self%quasi_definite .and. .not. structure%singular)* &
+            abs(diagonal(order)))) then
             call new_error(error, error_singular, "a pivot of the matrix is zero")
+         else if (structure%singular .and. multipliers > 0 .and. .not. last_are_null()) then
+            call new_error(error, error_singular, "a pivot before one of a multiplier is zero")
          else if (self%quasi_definite .and. any(pivot < 0 .and. order <= matrix%rows - multipliers)) then
             call new_error(error, error_library, "the matrix is not quasi-definite")
          else if (self%quasi_definite .and. any(pivot > 0 .and. order > matrix%rows - multipliers)) then
@@ -126,6 +129,18 @@ contains
       end associate
       self%description = "ldl: "//trim(merge("quasi-definite    ", "symmetric definite", self%quasi_definite))//", "// &
          text(self%symbolic%entries_a_column())//" entries a column"
+
+   contains
+
+      ! Whether no multiplier follows a replaced pivot: it would hold what seems free.
+      pure logical function last_are_null()
+         integer :: i
+
+         associate (pivot => self%factors%pivot, order => self%symbolic%order)
+            i = findloc(order > matrix%rows - structure%multipliers, .true., 1, back=.true.)
+            last_are_null = all(abs(pivot(:i)) > structure%least_pivot())
+         end associate
+      end function last_are_null
    end subroutine examine_pivots
 
    ! The memory is kept for later factors.

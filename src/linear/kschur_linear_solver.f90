@@ -4,6 +4,7 @@ module kschur_linear_solver
    use kschur_kinds, only: wp, long
    use kschur_monitor, only: monitor_type
    use kschur_sparse, only: complex_csr_matrix_type, csr_matrix_type
+   use kschur_tolerances, only: root_epsilon, visible_pivot
    implicit none
    private
    public :: linear_solver_type, real_linear_solver_type, complex_linear_solver_type
@@ -34,6 +35,8 @@ module kschur_linear_solver
    contains
       !> Node of each of n unknowns; arbitrary for multipliers.
       procedure :: nodes
+      !> What replaces a smaller pivot of a singular matrix; 0 if it need not be singular.
+      procedure :: least_pivot
    end type matrix_structure_type
 
    !> A determinant as mantissa 2^exponent, to avoid over- and underflow.
@@ -212,4 +215,12 @@ contains
       nodes = [(i, i=1, n)]
       if (allocated(self%node)) nodes(:size(self%node)) = self%node
    end function nodes
+
+   ! Rounding of the pivots that follow those of multipliers grows with the flexibility of what these hold.
+   pure real(wp) function least_pivot(self)
+      class(matrix_structure_type), intent(in) :: self
+
+      least_pivot = 0
+      if (self%singular) least_pivot = merge(root_epsilon, visible_pivot, self%multipliers > 0)
+   end function least_pivot
 end module kschur_linear_solver

@@ -1,7 +1,8 @@
 !> Fill-reducing elimination orders by METIS nested dissection, adapted to constraints: unknowns of a node stay together, and
-!> each multiplier follows the unknowns it constrains, unless these are constrained very often.
+!> each multiplier follows the unknowns it constrains, unless these are constrained very often or are the anchors of a body.
 module kschur_ordering
    use, intrinsic :: iso_c_binding, only: c_int32_t, c_int
+   use kschur_anchors, only: anchors_of
    use kschur_elimination_tree, only: find_elimination_tree, multiplications
    use kschur_error, only: error_type, new_error, error_library
    use kschur_kinds, only: wp
@@ -58,7 +59,7 @@ contains
       integer, allocatable, intent(out) :: position(:)
       type(error_type), allocatable, intent(out) :: error
       type(graph_type) :: graph
-      integer, allocatable :: vertex(:), rank(:), last(:), order(:), weight(:)
+      integer, allocatable :: vertex(:), rank(:), last(:), order(:), weight(:), constraint_entries(:), anchor(:)
       logical, allocatable :: hub(:)
       integer :: n, unknowns, nodes, vertices, i, k
 
@@ -85,7 +86,8 @@ contains
 
       ! A multiplier gets the rank of the last unknown it constrains, hubs excepted unless it constrains hubs only; among equal
       ! ranks it comes last since its index is higher.
-      allocate (hub(unknowns), source=touches(row_start, column, unknowns) > most_touches)
+      allocate (constraint_entries, source=touches(row_start, column, unknowns))
+      allocate (hub(unknowns), source=constraint_entries > most_touches)
       allocate (last(n), source=0)
       do i = 1, n
          if (vertex(i) > 0) last(i) = rank(vertex(i))
@@ -104,7 +106,11 @@ contains
          end do
          if (last(i) == 0) last(i) = vertices
       end do
-      call stable_order(last, vertices, order)
+      if (structure%multipliers > 0) then
+         anchor = anchors_of(row_start, column, vertex(:unknowns), constraint_entries == 0)
+         where (anchor > 0) last(:unknowns) = vertices + anchor
+      end if
+      call stable_order(last, maxval(last), order)
       allocate (position(n))
       do i = 1, n
          position(order(i)) = i

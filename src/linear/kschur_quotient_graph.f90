@@ -325,7 +325,7 @@ contains
    end subroutine constraint_members
 
    !> Stable counting sort of positions 1..size(key) by key (1..keys).
-   subroutine stable_order(key, keys, order, first)
+   pure subroutine stable_order(key, keys, order, first)
       integer, intent(in) :: key(:), keys
       integer, allocatable, intent(out) :: order(:)
       !> Positions of key k are order(first(k):first(k + 1) - 1); size keys + 1.

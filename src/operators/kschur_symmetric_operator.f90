@@ -9,7 +9,7 @@ module kschur_symmetric_operator
    use kschur_processes, only: processes_type
    use kschur_row_matrix, only: row_matrix_type
    use kschur_row_sums, only: row_sums_type
-   use kschur_tolerances, only: root_epsilon
+   use kschur_tolerances, only: root_epsilon, rounding_of_row
    implicit none
    private
    public :: symmetric_shift_invert_type
@@ -24,6 +24,8 @@ module kschur_symmetric_operator
       real(wp), allocatable :: factors(:)
       !> Bound of the M-norm of a motion that violates the constraints by one.
       real(wp) :: weight_of_violations = 0
+      !> Reciprocals of the diagonal of M, in which violations are removed at each step; not allocated: where they are large.
+      real(wp), allocatable :: lightness(:)
       !> The operator on distributed vectors, its processes, and their sums; not associated: this process has all rows.
       type(symmetric_shift_invert_type), pointer :: part => null()
       type(processes_type), pointer :: shared_with => null()
@@ -33,6 +35,7 @@ module kschur_symmetric_operator
       procedure :: apply
       procedure :: apply_metric
       procedure :: restrict
+      procedure :: clean
       procedure :: by_rows
       procedure :: apply_with_multipliers
       !> Solves for motions and multipliers caused by forces, with deflation: C without M.
@@ -95,6 +98,38 @@ contains
       noise = root_epsilon
       call project_out(self, violations, x, error)
    end subroutine restrict
+
+   ! Projects onto the null space of one constraint after the other (Kaczmarz 1937), in the inner product of the diagonal of M,
+   ! until violations are rounding errors. These would grow otherwise, as coefficients of the Lanczos recurrence decrease.
+   subroutine clean(self, x)
+      class(symmetric_shift_invert_type), intent(in) :: self
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      integer, parameter :: sweeps = 8
+      real(wp) :: violation, largest
+      integer :: i, j, sweep
+      logical :: is_clean
+
+      if (.not. allocated(self%lightness)) return
+      associate (c => self%problem%constraints)
+         do j = 1, size(x, 2)
+            largest = maxval(abs(x(:, j)))
+            do sweep = 1, sweeps
+               is_clean = .true.
+               do i = 1, c%rows
+                  associate (value => c%value(c%row_start(i):c%row_start(i + 1) - 1), &
+                     column => c%column(c%row_start(i):c%row_start(i + 1) - 1))
+                     violation = dot_product(value, x(column, j))
+                     if (.not. abs(violation) > rounding_of_row*norm2(value)*largest) cycle
+                     is_clean = .false.
+                     x(column, j) = x(column, j) - violation/dot_product(value, self%lightness(column)*value)* &
+                        self%lightness(column)*value
+                  end associate
+               end do
+               if (is_clean) exit
+            end do
+         end do
+      end associate
+   end subroutine clean
 
    ! x := x - y, y a motion with the violations Cq y, from a solve with the saddle-point matrix.
    subroutine project_out(self, violations, x, error)

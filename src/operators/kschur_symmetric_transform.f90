@@ -81,6 +81,13 @@ contains
       allocate (transform%operator%factors, source=placement%factors)
       if (size(placement%factors) > 0) transform%operator%weight_of_violations = sqrt(problem%mass%infinity_norm())/ &
          max(problem%constraints%infinity_norm(), tiny(1.0_wp))
+      ! The stiffness of bodies that only joints hold is nearer to singular than it is at other shifts.
+      if (placement%factored .and. size(placement%factors) > 0) then
+         allocate (transform%operator%lightness, source=problem%mass%diagonal())
+         associate (m => transform%operator%lightness)
+            m = 1/max(m, epsilon(1.0_wp)*maxval(m), tiny(1.0_wp))
+         end associate
+      end if
       call transform%operator%constraints%take(problem%constraints)
       if (associated(placement%matrices)) then
          transform%operator%mass = placement%matrices%mass

@@ -18,7 +18,7 @@ module kschur_shift
    use kschur_options, only: formulation_low_rank, formulation_proportional, formulation_quadratic, formulation_symmetric, &
       inner_auto
    use kschur_scaled_solver, only: scaled_real_type
-   use kschur_scaling, only: first_scale, typical_rate
+   use kschur_scaling, only: constraint_factors, first_scale, typical_rate
    use kschur_text, only: magnitude
    use kschur_tolerances, only: above_the_typical, nearly_zero, too_far
    implicit none
@@ -138,6 +138,10 @@ contains
       call s%effort%add_solves(s%known%stiffness%solver)
       s%known%stiffness%solver%solve_seconds = 0
       allocate (scaled)
+      ! The matrix of an iteration has factors of its constraints.
+      associate (n => s%work%unknowns(), scaling => s%known%stiffness%row_scaling)
+         scaling(n + 1:) = scaling(n + 1:)/constraint_factors(s%work, s%options%constraint_scaling, (0.0_wp, 0.0_wp))
+      end associate
       call scaled%take(s%known%stiffness%solver, s%known%stiffness%row_scaling)
       deallocate (s%known%stiffness)
       call move_alloc(scaled, solver)
