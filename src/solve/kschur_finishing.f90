@@ -1,11 +1,13 @@
 !> Polishes modes that an iteration left inaccurate or in doubt, cluster by cluster (docs/theory.md, section 11).
 module kschur_finishing
-   use kschur_context, only: solve_context_type, whole_iterated
+   use kschur_backward_error, only: judge_as_given
+   use kschur_context, only: solve_context_type, whole_given, whole_iterated
    use kschur_effort, only: for_refinement
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
    use kschur_hidden, only: are_known, feel_inertia
    use kschur_kinds, only: wp
+   use kschur_memory, only: require_memory
    use kschur_mode_selection, only: judge_pairs, mode_request_type
    use kschur_modes, only: modes_type
    use kschur_outcome, only: certified_yes, inaccurate_above
@@ -27,6 +29,8 @@ module kschur_finishing
    type :: judgement_type
       !> Backward errors, or if larger and units are uneven, residuals relative to their own terms.
       real(wp), allocatable :: errors(:)
+      !> Error bounds of the eigenvalues (1/s): the smaller of those in balanced units and in the units as given.
+      real(wp), allocatable :: uncertainty(:)
       !> Whether `errors` is worth reducing; whether the error bound is so large that it may be no eigenvalue.
       logical, allocatable :: poor(:), doubtful(:)
    end type judgement_type
@@ -50,7 +54,7 @@ contains
       integer :: i
 
       call s%hold(whole_iterated, error)
-      if (.not. allocated(error)) call judge(s, modes, judgement)
+      if (.not. allocated(error)) call judge(s, modes, judgement, error)
       if (allocated(error)) return
       call find_suspects(modes, judgement, s%is_lossy(), clusters)
       if (size(clusters) == 0) return
@@ -93,14 +97,16 @@ contains
    end subroutine drop_dependent
 
    ! Decides which modes are inaccurate or in doubt.
-   subroutine judge(s, modes, judgement)
-      type(solve_context_type), intent(in) :: s
+   subroutine judge(s, modes, judgement, error)
+      type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(in) :: modes
       type(judgement_type), intent(out) :: judgement
+      type(error_type), allocatable, intent(out) :: error
       logical, allocatable :: candidates(:)
       logical :: by_terms
 
       allocate (judgement%errors, source=modes%backward_error)
+      allocate (judgement%uncertainty, source=modes%uncertainty)
       ! Backward errors are relative to the largest terms, and say little about small eigenvalues or small units. So if units are
       ! uneven, or the set is complete and each of its eigenvalues must be accurate, residuals are compared with their own terms.
       by_terms = s%plan%spread_of_units() > uneven .or. (s%known%total%exact .and. modes%found == s%known%total%number)
@@ -111,10 +117,34 @@ contains
       ! A pair with a larger backward error is not near an eigenpair, except in those two cases.
       if (.not. by_terms) candidates = candidates .and. judgement%errors <= no_correct_digits
       allocate (judgement%poor, source=candidates .and. judgement%errors > good_enough_of(s))
-      allocate (judgement%doubtful, source=candidates .and. modes%uncertainty > no_correct_digits*abs(modes%lambda))
+      allocate (judgement%doubtful, source=candidates .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda))
       if (.not. any(judgement%doubtful)) return
+      call bound_in_given_units(s, modes, judgement, error)
+      if (allocated(error)) return
       judgement%doubtful = unpack(feel_inertia(s%work, chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
    end subroutine judge
+
+   ! Reduces error bounds of doubtful modes to those in the units of the problem as given, where these are better.
+   subroutine bound_in_given_units(s, modes, judgement, error)
+      type(solve_context_type), intent(inout) :: s
+      type(modes_type), intent(in) :: modes
+      type(judgement_type), intent(inout) :: judgement
+      type(error_type), allocatable, intent(out) :: error
+      type(eigenpairs_type) :: given
+      real(wp), dimension(count(judgement%doubtful)) :: errors, bounds
+
+      call require_memory(s%bytes_of_shapes(2*size(errors)), "mode shapes", error)
+      if (allocated(error)) return
+      given = chosen_pairs(modes, judgement%doubtful)
+      call s%hold(whole_given, error)
+      if (.not. allocated(error)) call s%expand(given, error)
+      if (allocated(error)) return
+      call judge_as_given(s%problem, given, spread(.false., 1, size(errors)), errors, bounds)
+      where (.not. bounds >= 0) bounds = huge(1.0_wp)
+      judgement%uncertainty = min(judgement%uncertainty, unpack(bounds, judgement%doubtful, huge(1.0_wp)))
+      judgement%doubtful = judgement%doubtful .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda)
+      call s%hold(whole_iterated, error)
+   end subroutine bound_in_given_units
 
    !> Whether no mode needs polishing for its backward error: it is small enough, beyond repair, or that of a rigid motion.
    pure logical function are_good(s, modes)
@@ -144,7 +174,7 @@ contains
       integer :: i, j
 
       allocate (discs, source=same_value*abs(modes%lambda))
-      where (judgement%poor) discs = max(discs, min(modes%uncertainty, no_correct_digits*abs(modes%lambda)))
+      where (judgement%poor) discs = max(discs, min(judgement%uncertainty, no_correct_digits*abs(modes%lambda)))
       call split(modes%lambda, discs, clusters, lossy=lossy)
       allocate (suspect, source=[(is_suspect(clusters(i)), i=1, size(clusters))])
       allocate (suspects(count(suspect)))
