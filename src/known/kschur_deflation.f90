@@ -93,8 +93,8 @@ contains
 
    !> Diagonalizes damping on a space of motions: replaces the basis X by X Y with (X Y)^T M X Y = I, (X Y)^T R X Y = diag(rates),
    !> by LAPACK's dsygv, whose errors are those of the largest rate, and by Rayleigh quotients, whose errors are those of their own
-   !> terms. Where some rates have lost half of their digits to the largest, does so from a basis of separate motions, whose null
-   !> vectors are less accurate. A rate is zero if the forces of its motion are small next to their terms in each row, as the units
+   !> terms. Where some rates have lost half of their digits to others or to their own terms, does so from a basis of separate
+   !> motions, whose null vectors are less accurate. A rate is zero if the forces of its motion are small next to their terms in each row, as the units
    !> of one row must not hide the forces of others, and their energy is rounding.
    subroutine diagonalize_damping(problem, x, rates, done)
       type(modal_problem_type), intent(in) :: problem
@@ -105,37 +105,32 @@ contains
       !> False where M is not definite on the space: X has lost its meaning then.
       logical, intent(out) :: done
       real(wp) :: given(size(x, 1), size(x, 2))
-      real(wp), allocatable :: sizes(:, :), damping_forces(:, :), terms(:, :)
-      integer :: n, k
+      real(wp), allocatable :: damping_forces(:, :), terms(:, :), energies(:)
 
-      n = problem%unknowns()
-      k = size(x, 2)
       given = x
-      call diagonalize(problem, x, rates, damping_forces, done)
-      if (problem%damping_kind == damping_general .and. any(abs(rates) <= root_epsilon*maxval(abs(rates)))) then
+      call diagonalize(problem, x, rates, damping_forces, terms, energies, done)
+      if (problem%damping_kind == damping_general .and. &
+         any(abs(rates) <= root_epsilon*max(energies, maxval(abs(rates))))) then
          x = given
          call separate_motions(x, problem%damping, problem%mass)
-         call diagonalize(problem, x, rates, damping_forces, done)
+         call diagonalize(problem, x, rates, damping_forces, terms, energies, done)
       end if
-      rates = sum(x(:n, :)*damping_forces, 1)
-      sizes = magnitudes(x(:n, :))
-      allocate (terms(n, k), source=0.0_wp)
-      call add_magnitudes(problem%damping, sizes, terms)
-      where (all(abs(damping_forces) <= root_epsilon*terms, 1) .and. abs(rates) <= rounding_of_energy*sum(sizes*terms, 1)) rates = 0
+      where (all(abs(damping_forces) <= root_epsilon*terms, 1) .and. abs(rates) <= rounding_of_energy*energies) rates = 0
    end subroutine diagonalize_damping
 
-   ! Diagonalizes damping by LAPACK's dsygv, and computes the forces R X.
-   subroutine diagonalize(problem, x, rates, damping_forces, done)
+   ! Diagonalizes damping by LAPACK's dsygv, and computes the forces R X, their terms |R| |X|, the rates as Rayleigh quotients, and
+   ! the terms |X|^T |R| |X| of these.
+   subroutine diagonalize(problem, x, rates, damping_forces, terms, energies, done)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(inout) :: x(:, :)
-      real(wp), allocatable, intent(out) :: rates(:), damping_forces(:, :)
+      real(wp), allocatable, intent(out) :: rates(:), damping_forces(:, :), terms(:, :), energies(:)
       logical, intent(out) :: done
       real(wp), allocatable :: inertia(:, :), mass(:, :), damping(:, :), work(:)
       integer :: n, k, info
 
       n = problem%unknowns()
       k = size(x, 2)
-      allocate (inertia(n, k), damping_forces(n, k), source=0.0_wp)
+      allocate (inertia(n, k), damping_forces(n, k), terms(n, k), source=0.0_wp)
       call problem%mass%add_product(1.0_wp, x(:n, :), inertia)
       call problem%damping%add_product(1.0_wp, x(:n, :), damping_forces)
       mass = matmul(transpose(x(:n, :)), inertia)
@@ -145,6 +140,9 @@ contains
       done = info == 0
       x = matmul(x, damping)
       damping_forces = matmul(damping_forces, damping)
+      call add_magnitudes(problem%damping, magnitudes(x(:n, :)), terms)
+      rates = sum(x(:n, :)*damping_forces, 1)
+      energies = sum(magnitudes(x(:n, :))*terms, 1)
    end subroutine diagonalize
 
    ! The largest lambda (1/s) at which lambda^2 phi^T M phi is at most `hidden_inertia` times the rounding of phi^T K phi, over the
