@@ -94,8 +94,8 @@ contains
    !> Diagonalizes damping on a space of motions: replaces the basis X by X Y with (X Y)^T M X Y = I, (X Y)^T R X Y = diag(rates),
    !> by LAPACK's dsygv, whose errors are those of the largest rate, and by Rayleigh quotients, whose errors are those of their own
    !> terms. Where some rates have lost half of their digits to others or to their own terms, does so from a basis of separate
-   !> motions, whose null vectors are less accurate. A rate is zero if the forces of its motion are small next to their terms in each row, as the units
-   !> of one row must not hide the forces of others, and their energy is rounding.
+   !> motions, whose null vectors are less accurate. A rate is zero if the forces of its motion are small next to their terms in
+   !> each row, as the units of one row must not hide the forces of others, and their energy is rounding.
    subroutine diagonalize_damping(problem, x, rates, done)
       type(modal_problem_type), intent(in) :: problem
       !> Motions above their multipliers, (n + m) x k.
