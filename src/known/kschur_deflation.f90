@@ -109,7 +109,7 @@ contains
 
       given = x
       call diagonalize(problem, x, rates, damping_forces, terms, energies, done)
-      if (problem%damping_kind == damping_general .and. &
+      if (problem%damping_kind == damping_general .and. any(abs(rates) > 0) .and. &
          any(abs(rates) <= root_epsilon*max(energies, maxval(abs(rates))))) then
          x = given
          call separate_motions(x, problem%damping, problem%mass)

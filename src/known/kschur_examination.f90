@@ -255,11 +255,16 @@ contains
       associate (deflation => examination%deflation)
          deflation%oscillator = all(formulation /= [formulation_quadratic, formulation_low_rank, formulation_damped, &
             formulation_damped_constrained, formulation_damped_constrained_zero])
+         if (lossy .and. deflation%oscillator) then
+            ! The quadratic form that observes the scale has other root spaces.
+            deflation%oscillator = .false.
+            return
+         end if
          if (deflation%not_deflated > most_null_vectors) then
             examination%chains_skipped = deflation%not_deflated
          else if (deflation%not_deflated > 0) then
             call find_chains(deflation%zero, rigid, problem%mass)
-            if (lossy) call drop_complex_chains(deflation%zero, size(rigid%motions, 2), error)
+            if (lossy) call drop_complex_chains(deflation%zero, problem, size(rigid%motions, 2), error)
             if (.not. (allocated(error) .or. lossy) .and. problem%symmetric .and. .not. deflation%oscillator) &
                call add_decays(problem, rigid, examination, error)
             if (allocated(error)) return
@@ -294,10 +299,12 @@ contains
       end subroutine find_chains
    end subroutine find_root_spaces
 
-   ! Drops a root space of zero that was computed from K in the place of K + i H, unless it is the same: no state behind the null
-   ! vectors was solved for. Otherwise its chains are complex, and an iteration finds them.
-   subroutine drop_complex_chains(space, null_vectors, error)
+   ! Drops a root space of zero that was computed from K in the place of K + i H, unless it is known to be the same: K and H are
+   ! symmetric, so that their left null vectors are the right ones, and no state behind these was solved for. Otherwise its chains
+   ! are complex, and an iteration finds them.
+   subroutine drop_complex_chains(space, problem, null_vectors, error)
       type(root_space_type), intent(inout) :: space
+      type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: null_vectors
       !> `error_singular` of chains of K without an end is dropped, too.
       type(error_type), allocatable, intent(inout) :: error
@@ -305,7 +312,8 @@ contains
 
       same = .not. allocated(error)
       if (same) then
-         same = .not. any(abs(space%x(:, null_vectors + 1:)) > 0)
+         same = problem%stiffness%is_symmetric() .and. problem%loss%is_symmetric() .and. &
+            .not. any(abs(space%x(:, null_vectors + 1:)) > 0)
       else if (error%code == error_singular) then
          deallocate (error)
       end if

@@ -10,6 +10,7 @@ module kschur_null_space
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_options, only: inner_mumps
+   use kschur_processes, only: are_several
    use kschur_orthonormal, only: lengths, orthonormalize, subtract
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector, state_of_seed
@@ -131,18 +132,20 @@ contains
       type(matrix_structure_type) :: structure
 
       found = .false.
-      if (problem%multipliers() > 0) then
-         if (purpose /= for_rigid_motions .or. .not. are_held(problem)) return
-      end if
       select type (solver => inner%unshifted)
       type is (direct_real_type)
+         if (problem%multipliers() > 0) then
+            ! Several processes do not tell null pivots from those of what constraints hold.
+            if (purpose /= for_rigid_motions .or. are_several(solver%processes, problem%unknowns() + problem%multipliers())) return
+            if (.not. are_held(problem)) return
+         end if
          allocate (space%solver, source=solver)
       class default
          return
       end select
       call scale_matrix(space, problem, matrix, structure)
       structure%singular = structure%symmetric
-      space%delta = structure%least_pivot()
+      space%delta = merge(structure%least_pivot(), visible_pivot, structure%singular)
       call space%solver%factorize(space%matrix, structure, error)
       if (.not. allocated(error)) then
          call effort%add_factors(space%solver, purpose)

@@ -9,6 +9,8 @@ module kschur_anchors
    ! Most unknowns of each body that are its anchors: some nodes of a solid, more than lie on a line. At most one in so many of all
    ! unknowns is an anchor, which couples to all others: where there are more bodies none has any.
    integer, parameter :: each = 24, rarely = 32
+   ! Most bodies, as anchors are searched for among all vertices for each.
+   integer, parameter :: most_bodies = 32
    ! Largest distance of an unknown from joints, in edges of the graph: the softest deflection of a beam of so many elements is some
    ! 1e-8 of their stiffness, as the fourth power, which is taken for zero where it is a pivot.
    integer, parameter :: furthest_of_all = 100
@@ -93,7 +95,7 @@ contains
          if (body(i) == i) bodies = bodies + 1
          if (is_free(i)) free(body(i)) = free(body(i)) + 1
       end do
-      has_anchors = each*rarely*bodies <= size(body) .and. count(free >= each) == bodies
+      has_anchors = bodies <= most_bodies .and. each*rarely*bodies <= size(body) .and. count(free >= each) == bodies
       if (.not. has_anchors) return
       distance = furthest_of_all + 1
       call measure(row_start, column, identity, identity, pack(identity, .not. is_free), distance)

@@ -147,14 +147,11 @@ contains
       real(wp) :: backward_error
 
       is_joint = self%inner == inner_auto .and. are_several(self%processes, matrix%rows)
-      if (is_joint .and. structure%singular .and. structure%multipliers > 0) then
-         call new_error(error, error_library, "several processes do not tell null vectors from what constraints hold")
-         return
-      else if (is_joint) then
+      if (is_joint) then
          joint%processes => self%processes
          joint%last => self%last
          allocate (ldl, source=joint)
-      else if (structure%multipliers > 0 .and. self%refinements == 0) then
+      else if (structure%multipliers > 0 .and. self%refinements == 0 .and. .not. structure%singular) then
          if (self%inner == inner_auto) saddle%most_entries = low_fill
          saddle%last => self%last
          allocate (ldl, source=saddle)
@@ -211,7 +208,7 @@ contains
       else if (self%inner == inner_auto .and. are_several(self%processes, pattern%rows)) then
          joint%processes => self%processes
          call joint%estimate(pattern, structure, bytes, error)
-      else if (structure%multipliers > 0 .and. self%refinements == 0) then
+      else if (structure%multipliers > 0 .and. self%refinements == 0 .and. .not. structure%singular) then
          call quasi_definite%estimate(pattern, structure, bytes, error)
       else
          call ldl%estimate(pattern, structure, bytes, error)

@@ -1,5 +1,5 @@
 !> Symmetric or quadratic form, solved densely: all eigenpairs from the matrix of its operator on the null space of the
-!> constraints, so that the number of eigenvalues is known too.
+!> constraints, so that the number of eigenvalues is known too, but with losses.
 module kschur_dense_transform
    use kschur_allowed_motions, only: allowed_motions
    use kschur_deflation, only: deflation_type

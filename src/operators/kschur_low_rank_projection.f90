@@ -77,7 +77,7 @@ contains
    end subroutine new_projection
 
    !> Solves the projected damped problem: computes mu = 1/(lambda - tau), and states (x, v) in terms of the Ritz vectors, v =
-   !> lambda/unit x. Excludes the given root space of the eigenvalue zero, but not with losses.
+   !> lambda/unit x. Excludes the given root space of the eigenvalue zero.
    subroutine eigenpairs(self, tau, unit, zero, pairs, error)
       class(projection_type), intent(in) :: self
       real(wp), intent(in) :: tau, unit

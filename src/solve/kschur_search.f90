@@ -102,7 +102,7 @@ contains
       type(modes_type), intent(in) :: modes
 
       misses_nearer = modes%reason == reason_fewer_modes .and. &
-         maxval([0.0_wp, distances(modes%lambda, s%options%target)]) + abs(s%options%target) > too_far*abs(s%shift)
+         maxval([0.0_wp, distances(modes%lambda, s%options%target)]) + abs(s%options%target) > too_far*max(abs(s%shift), s%scale)
    end function misses_nearer
 
    ! Whether all eigenvalues of the problem were found, by their exact number.
