@@ -110,7 +110,7 @@ contains
          anchor = anchors_of(row_start, column, vertex(:unknowns), constraint_entries == 0)
          where (anchor > 0) last(:unknowns) = vertices + anchor
       end if
-      call stable_order(last, maxval(last), order)
+      call stable_order(last, maxval([0, last]), order)
       allocate (position(n))
       do i = 1, n
          position(order(i)) = i
