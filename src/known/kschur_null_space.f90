@@ -1,6 +1,7 @@
 !> The null space of K or M on the motions that the constraints allow, by inverse iteration, and the factors of the matrix for
 !> later steps: null vectors of K are rigid motions and mechanisms (lambda = 0), those of M belong to infinite eigenvalues.
 module kschur_null_space
+   use kschur_border_scaling, only: find_scalings
    use kschur_direct_solver, only: direct_real_type
    use kschur_effort, only: effort_type, for_rigid_motions
    use kschur_energies, only: diagonalize_energies
@@ -10,15 +11,14 @@ module kschur_null_space
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_options, only: inner_mumps
-   use kschur_processes, only: are_several
    use kschur_orthonormal, only: lengths, orthonormalize, subtract
    use kschur_problem, only: modal_problem_type
+   use kschur_processes, only: are_several
    use kschur_random, only: random_vector, state_of_seed
    use kschur_saddle, only: bordered, saddle_structure
    use kschur_singular_vectors, only: right_singular_vectors
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix, identity_csr_matrix, linear_combination, transpose_csr
-   use kschur_tied_levels, only: spread_levels
    use kschur_tolerances, only: above_rounding, blurred_value, contraction, least_enlarged, most_enlarged, &
       rounding_of_energy, rounding_of_row, visible_pivot
    implicit none
@@ -225,30 +225,6 @@ contains
       space%added = bordered(e, empty_csr_matrix(m, n), spread(1.0_wp, 1, m), spread(-space%delta, 1, m))
       call space%solver%factorize(linear_combination(1.0_wp, space%matrix, 1.0_wp, space%added), structure, error)
    end subroutine factor_perturbed
-
-   ! Finds powers of two, so that scaling is exact: of unknowns by the largest entry of their rows of A,
-   ! or of those that constraints tie them to; of constraints by their largest entry after that.
-   subroutine find_scalings(a, constraints, scaling, constraint_scaling)
-      type(csr_matrix_type), intent(in) :: a, constraints
-      real(wp), intent(out) :: scaling(:), constraint_scaling(:)
-      real(wp) :: level(a%rows), softest
-      integer :: i
-
-      level = a%row_maxima()
-      if (all(.not. level > 0)) level = 1
-      softest = minval(level, level > 0)
-      call spread_levels(constraints, level)
-      where (.not. level > 0) level = maxval(level)
-      ! A tie by an entry that is a rounding error must not lower a level below the softest row.
-      level = max(level, softest)
-      scaling = scale(1.0_wp, -exponent(level)/2)
-      do i = 1, constraints%rows
-         associate (first => constraints%row_start(i), last => constraints%row_start(i + 1) - 1)
-            constraint_scaling(i) = scale(1.0_wp, -exponent(maxval( &
-               abs(constraints%value(first:last)*scaling(constraints%column(first:last))))))
-         end associate
-      end do
-   end subroutine find_scalings
 
    ! A random matrix on the symmetrized pattern of M, R and K and the diagonal, entries of either sign between a half and one.
    function random_on_pattern(problem, seed) result(matrix)
