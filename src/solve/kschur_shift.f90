@@ -111,7 +111,8 @@ contains
    end function iterates_complex
 
    ! Whether the factors of the stiffness can serve an iteration at the shift zero: they are exact, not perturbed, and all rigid
-   ! motions are deflated. Not for a dense solve, nor if the options name an inner solver, nor if earlier
+   ! motions are deflated. With constraints only for symmetric operators: the others recover multipliers from solutions in which
+   ! reactions to what null pivots leave are large. Not for a dense solve, nor if the options name an inner solver, nor if earlier
    ! modes give the scale.
    pure logical function zero_may_serve(s)
       type(solve_context_type), intent(in) :: s
@@ -120,6 +121,8 @@ contains
          s%options%inner == inner_auto .and. .not. (s%dense .or. allocated(s%last)) .and. any(s%formulation == &
          [formulation_symmetric, formulation_proportional, formulation_quadratic, formulation_low_rank]) .and. &
          .not. iterates_complex(s)
+      if (s%work%multipliers() > 0) zero_may_serve = zero_may_serve .and. &
+         any(s%formulation == [formulation_symmetric, formulation_proportional])
       if (zero_may_serve) zero_may_serve = s%known%stiffness%exact
    end function zero_may_serve
 
