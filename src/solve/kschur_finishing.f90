@@ -17,10 +17,10 @@ module kschur_finishing
    use kschur_shapes, only: independent_part, independent_parts
    use kschur_split, only: cluster_type, split
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_tolerances, only: above_all_rounding, cancelled, dependent_state, no_correct_digits, same_shape, same_value, uneven
+   use kschur_tolerances, only: cancelled, dependent_state, no_correct_digits, same_shape, same_value, uneven
    implicit none
    private
-   public :: are_good, finish_modes, good_enough_of
+   public :: are_good, finish_modes
 
    ! Radius, relative to the eigenvalue, in which a doubtful one is searched for.
    real(wp), parameter :: doubtful_radius = 0.5_wp
@@ -58,7 +58,8 @@ contains
       if (allocated(error)) return
       call find_suspects(modes, judgement, s%is_lossy(), clusters)
       if (size(clusters) == 0) return
-      call polisher%begin(constraint_factors(s%work, s%options%constraint_scaling, s%shift), good_enough_of(s), s%inner%complex)
+      call polisher%begin(constraint_factors(s%work, s%options%constraint_scaling, s%shift), s%options%good_enough(), &
+         s%inner%complex)
       replaced = .false.
       not_found = .false.
       found = chosen_pairs(modes, replaced)
@@ -111,12 +112,12 @@ contains
       ! uneven, or the set is complete and each of its eigenvalues must be accurate, residuals are compared with their own terms.
       by_terms = s%plan%spread_of_units() > uneven .or. (s%known%total%exact .and. modes%found == s%known%total%number)
       if (by_terms) judgement%errors = max(judgement%errors, residual_parts(s%work, modes, &
-         modes%backward_error <= good_enough_of(s)))
+         modes%backward_error <= s%options%good_enough()))
       ! Rigid motions and their decays are known from the examination.
       allocate (candidates, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
       ! A pair with a larger backward error is not near an eigenpair, except in those two cases.
       if (.not. by_terms) candidates = candidates .and. judgement%errors <= no_correct_digits
-      allocate (judgement%poor, source=candidates .and. judgement%errors > good_enough_of(s))
+      allocate (judgement%poor, source=candidates .and. judgement%errors > s%options%good_enough())
       allocate (judgement%doubtful, source=candidates .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda))
       if (.not. any(judgement%doubtful)) return
       call bound_in_given_units(s, modes, judgement, error)
@@ -151,15 +152,9 @@ contains
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(in) :: modes
 
-      are_good = all(modes%backward_error <= good_enough_of(s) .or. modes%backward_error > no_correct_digits .or. modes%motion > 0)
+      are_good = all(modes%backward_error <= s%options%good_enough() .or. modes%backward_error > no_correct_digits .or. &
+         modes%motion > 0)
    end function are_good
-
-   !> Backward error up to which modes are not polished: a tenth of the tolerance, but above rounding.
-   pure real(wp) function good_enough_of(s)
-      type(solve_context_type), intent(in) :: s
-
-      good_enough_of = max(above_all_rounding, s%options%tolerance/10)
-   end function good_enough_of
 
    ! Splits the modes into clusters, and returns those to be polished, as wide as the errors of their members may be.
    subroutine find_suspects(modes, judgement, lossy, suspects)

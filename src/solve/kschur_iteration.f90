@@ -13,7 +13,7 @@ module kschur_iteration
    use kschur_outcome, only: reason_converged
    use kschur_settings, only: set_iteration_options
    use kschur_split, only: match_conjugates
-   use kschur_tolerances, only: same_frequency, same_value
+   use kschur_tolerances, only: accepted_backward_error, same_frequency, same_value
    use kschur_transform, only: transform_type
    implicit none
    private
@@ -53,6 +53,9 @@ contains
       call set_iteration_options(settings, s%formulation, s%work%unknowns()*merge(1, 2, s%transform%map%oscillator), wanted, &
          count(abs(deflated - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator, &
          s%is_lossy(), options)
+      ! No functional makes these more accurate than the iteration, and a few steps cost less than factors for polishing.
+      if (.not. (s%work%symmetric .or. s%options%is_plain())) &
+         options%tolerance = min(options%tolerance, max(s%options%good_enough(), accepted_backward_error))
       if (allocated(s%last)) call s%transform%begin_with(s%last, options%block, options%start)
       ! The symmetric and low-rank forms count eigenvalues instead of verifying.
       is_counted = s%formulation == formulation_low_rank .or. (.not. s%options%uncounted .and. &

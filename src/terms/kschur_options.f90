@@ -1,6 +1,7 @@
 !> Options of the solver, with defaults.
 module kschur_options
    use kschur_kinds, only: wp, long
+   use kschur_tolerances, only: above_all_rounding
    implicit none
    private
    public :: modal_options_type, index_of_name
@@ -145,6 +146,8 @@ module kschur_options
    contains
       !> Whether the unprocessed result of ARPACK is wanted.
       procedure :: is_plain
+      !> Backward error up to which modes are not polished.
+      procedure :: good_enough
    end type modal_options_type
 
 contains
@@ -154,6 +157,13 @@ contains
 
       is_plain = self%method == method_arpack .and. self%arpack == arpack_plain
    end function is_plain
+
+   ! A tenth of the tolerance, but above rounding.
+   pure real(wp) function good_enough(self)
+      class(modal_options_type), intent(in) :: self
+
+      good_enough = max(above_all_rounding, self%tolerance/10)
+   end function good_enough
 
    !> Position of `name` in a list of names counted from 0; -1 if it is not there.
    pure integer function index_of_name(name, names)
