@@ -116,8 +116,9 @@ contains
    end function eigenvalues_of
 
    ! Permutes the columns in place, cycle by cycle, as there may be no memory for a copy: columns `order` first, the others behind.
+   ! Copies them if one is taken twice.
    pure subroutine take_real_columns(block, order)
-      real(wp), intent(inout) :: block(:, :)
+      real(wp), allocatable, intent(inout) :: block(:, :)
       integer, intent(in) :: order(:)
       real(wp) :: column(size(block, 1))
       logical :: pending(size(block, 2))
@@ -125,6 +126,10 @@ contains
 
       pending = .true.
       pending(order) = .false.
+      if (count(.not. pending) < size(order)) then
+         block = block(:, order)
+         return
+      end if
       from = [order, pack([(j, j=1, size(from))], pending)]
       pending = .true.
       do start = 1, size(from)

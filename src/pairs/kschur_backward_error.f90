@@ -83,20 +83,28 @@ contains
    end subroutine judge
 
    ! Bounds the distance (1/s) of lambda from a root of phi^T P(lambda) phi, a quadratic with an error of at most `force`: about
-   ! force/|slope|, at critical damping sqrt(force/inertia). NaN if there is no bound.
+   ! force/|slope|, up to twice that where both roots move towards each other, and sqrt(force/inertia) where they may have met, as
+   ! at critical damping. NaN if there is no bound.
    real(wp) function bound_of(products, l, lambda, force) result(bound)
       type(products_type), intent(in) :: products
       integer, intent(in) :: l
       complex(wp), intent(in) :: lambda
       real(wp), intent(in) :: force
       complex(xp) :: forms(3)
-      real(wp) :: slope, inertia
+      real(wp) :: slope, inertia, gap
 
       forms = products%forms(:, l)
       slope = abs(cmplx(2*cmplx(lambda, kind=xp)*forms(1) + forms(2), kind=wp))
       inertia = abs(cmplx(forms(1), kind=wp))
       bound = ieee_value(1.0_wp, ieee_quiet_nan)
-      if (slope + sqrt(inertia*force) > 0) bound = max(positive_root(inertia, slope, force), epsilon(1.0_wp)*abs(lambda))
+      if (.not. slope + sqrt(inertia*force) > 0) return
+      gap = slope**2 - 4*inertia*force
+      if (gap > 0) then
+         bound = 2*force/(slope + sqrt(gap))
+      else
+         bound = sqrt(force/inertia)
+      end if
+      bound = max(bound, epsilon(1.0_wp)*abs(lambda))
    end function bound_of
 
    !> A lower limit (1/s) of any bound of the error of lambda: the smallest change x that explains the residual, as x changes it by
@@ -107,17 +115,12 @@ contains
       complex(wp), intent(in) :: lambda
       real(wp), intent(in) :: error, norms(4)
 
-      bound = positive_root(products%inertia(l), products%slope(l, lambda), &
-         max(error, epsilon(1.0_wp))*level_of(lambda, norms)*products%length(l))
+      bound = huge(1.0_wp)
+      associate (inertia => products%inertia(l), slope => products%slope(l, lambda), &
+         force => max(error, epsilon(1.0_wp))*level_of(lambda, norms)*products%length(l))
+         if (slope + sqrt(inertia*force) > 0) bound = 2*force/(slope + sqrt(slope**2 + 4*inertia*force))
+      end associate
    end function least_bound
-
-   ! The positive root x of inertia x^2 + slope x = force; `huge` if there is none.
-   pure real(wp) function positive_root(inertia, slope, force) result(x)
-      real(wp), intent(in) :: inertia, slope, force
-
-      x = huge(1.0_wp)
-      if (slope + sqrt(inertia*force) > 0) x = 2*force/(slope + sqrt(slope**2 + 4*inertia*force))
-   end function positive_root
 
    !> Sensitivity of an eigenvalue to relative changes of the entries of the constraints, times chi^T P'(lambda) phi: the sum of
    !> |Cq_rk| |xi_r chi_k + eta_r phi_k|.
