@@ -19,6 +19,7 @@ module kschur_symmetric_transform
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector
+   use kschur_reactions, only: balance_forces
    use kschur_row_matrix, only: row_matrix_type
    use kschur_saddle, only: symmetric_saddle
    use kschur_spare_solvers, only: spare_solvers_type
@@ -42,6 +43,8 @@ module kschur_symmetric_transform
       ! State of the last iteration, to be continued.
       type(lanczos_state_type), allocatable, private :: state
       type(inertia_census_type), allocatable, private :: census
+      ! Multipliers of the Ritz vectors of the last iteration, if `recover` does not apply the operator.
+      real(wp), allocatable, private :: multipliers(:, :)
    contains
       procedure :: iterate
       procedure :: recover
@@ -65,6 +68,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> A solver that computes the inertia of indefinite matrices: if allocated, iterations are certified.
       class(real_linear_solver_type), allocatable, optional, intent(inout) :: counting_solver
+      ! Multipliers of more constraints cost more by normal equations than by one more application.
+      integer, parameter :: few = 100
       type(csr_matrix_type) :: matrix
       type(matrix_structure_type) :: structure
 
@@ -87,6 +92,7 @@ contains
          associate (m => transform%operator%lightness)
             m = 1/max(m, epsilon(1.0_wp)*maxval(m), tiny(1.0_wp))
          end associate
+         transform%recover_applies = size(placement%factors) > few
       end if
       call transform%operator%constraints%take(problem%constraints)
       if (associated(placement%matrices)) then
@@ -260,7 +266,8 @@ contains
    end subroutine transposed
 
    !> Purifies vectors of components of infinite eigenvalues: replaces x by C x / mu if its residual is above rounding, or if it may
-   !> be a rigid-body shape, whose strain energy is a rounding error.
+   !> be a rigid-body shape, whose strain energy is a rounding error. With constraints their multipliers are found, too, and x is
+   !> replaced if it violates a constraint by more than rounding.
    subroutine purify(self, values, shapes, statistics, error)
       class(symmetric_transform_type), intent(inout) :: self
       real(wp), intent(in) :: values(:)
@@ -269,36 +276,52 @@ contains
       type(error_type), allocatable, intent(out) :: error
       ! Columns multiplied at a time.
       integer, parameter :: block = 4
-      real(wp), allocatable :: y(:, :), work(:, :, :)
-      real(wp) :: theta, shift, level_of_mass, level_of_stiffness
+      real(wp), allocatable :: y(:, :), work(:, :, :), xi(:, :), violations(:, :)
+      real(wp) :: shift, level_of_mass, level_of_stiffness, level_of_constraints, theta(size(values))
       logical :: impure(size(values))
       integer :: first, last, n, j, k
       integer, allocatable :: chosen(:)
 
       shift = real(self%shift, wp)
       n = size(shapes, 1)
-      allocate (work(n, block, 2))
+      theta = huge(1.0_wp)
+      where (abs(values) > tiny(1.0_wp)) theta = shift + 1/values
+      if (allocated(self%multipliers)) deallocate (self%multipliers)
+      allocate (work(n, block, 2), violations(size(self%operator%factors), block))
+      allocate (self%multipliers(size(self%operator%factors), size(values)), source=0.0_wp)
       impure = .false.
-      associate (mass => self%operator%mass, stiffness => self%stiffness)
+      associate (mass => self%operator%mass, stiffness => self%stiffness, constraints => self%operator%problem%constraints)
          level_of_mass = mass%infinity_norm()
          level_of_stiffness = stiffness%infinity_norm()
+         level_of_constraints = constraints%infinity_norm()
          do first = 1, size(values), block
             last = min(first + block - 1, size(values))
+            k = last - first + 1
             work = 0
-            call stiffness%add_product(1.0_wp, shapes(:, first:last), work(:, :last - first + 1, 1), error)
-            if (.not. allocated(error)) &
-               call mass%add_product(1.0_wp, shapes(:, first:last), work(:, :last - first + 1, 2), error)
+            violations = 0
+            call stiffness%add_product(1.0_wp, shapes(:, first:last), work(:, :k, 1), error)
+            if (.not. allocated(error)) call mass%add_product(1.0_wp, shapes(:, first:last), work(:, :k, 2), error)
             if (allocated(error)) return
-            !$omp parallel do schedule(static) private(theta) if (n > panel_rows)
+            !$omp parallel do schedule(static) if (n > panel_rows)
             do j = first, last
-               if (.not. abs(values(j)) > tiny(1.0_wp)) cycle
-               theta = shift + 1/values(j)
                associate (force => work(:, j - first + 1, 1), inertia => work(:, j - first + 1, 2))
-                  force = force - theta*inertia
-                  impure(j) = .not. dnrm2(n, force, 1) <= &
-                     rounding_of_sums*dnrm2(n, shapes(:, j), 1)*(level_of_stiffness + abs(theta)*level_of_mass)
+                  if (theta(j) < huge(1.0_wp)) force = force - theta(j)*inertia
                end associate
-               impure(j) = impure(j) .or. abs(theta) <= nearly_zero*abs(shift)
+            end do
+            !$omp end parallel do
+            if (size(violations, 1) > 0) then
+               call balance_forces(constraints, work(:, :k, 1), self%multipliers(:, first:last))
+               call constraints%add_product(1.0_wp, shapes(:, first:last), violations(:, :k))
+            end if
+            !$omp parallel do schedule(static) if (n > panel_rows)
+            do j = first, last
+               if (.not. theta(j) < huge(1.0_wp)) cycle
+               associate (limit => rounding_of_sums*dnrm2(n, shapes(:, j), 1))
+                  impure(j) = .not. (dnrm2(n, work(:, j - first + 1, 1), 1) <= &
+                     limit*(level_of_stiffness + abs(theta(j))*level_of_mass) .and. &
+                     norm2(violations(:, j - first + 1)) <= limit*level_of_constraints)
+               end associate
+               impure(j) = impure(j) .or. abs(theta(j)) <= nearly_zero*abs(shift)
             end do
             !$omp end parallel do
          end do
@@ -306,12 +329,13 @@ contains
       deallocate (work)
       allocate (chosen, source=pack([(j, j=1, size(values))], impure))
       if (size(chosen) == 0) return
-      allocate (y(size(shapes, 1), size(chosen)))
-      call self%operator%apply(shapes(:, chosen), y, error)
+      allocate (y(size(shapes, 1), size(chosen)), xi(size(violations, 1), size(chosen)))
+      call self%operator%apply_with_multipliers(shapes(:, chosen), y, xi, error)
       if (allocated(error)) return
       statistics%operator_applications = statistics%operator_applications + size(chosen)
       do k = 1, size(chosen)
          shapes(:, chosen(k)) = y(:, k)/values(chosen(k))
+         self%multipliers(:, chosen(k)) = xi(:, k)/values(chosen(k))
       end do
    end subroutine purify
 
@@ -326,13 +350,14 @@ contains
 
       k = size(ritz%mu)
       call move_alloc(ritz%real_vectors, pairs%real_phi)
-      allocate (multipliers(size(self%operator%factors), k))
-      ! Without constraints the iteration has purified them, and there are no multipliers.
       if (self%recover_applies) then
-         allocate (y(pairs%rows(), k))
+         allocate (y(pairs%rows(), k), multipliers(size(self%operator%factors), k))
          call self%operator%apply_with_multipliers(pairs%real_phi, y, multipliers, error)
          if (allocated(error)) return
          call move_alloc(y, pairs%real_phi)
+      else
+         ! The iteration has purified them.
+         call move_alloc(self%multipliers, multipliers)
       end if
       allocate (pairs%xi(size(multipliers, 1), k))
       !$omp parallel do schedule(static) private(length) if (pairs%rows() > panel_rows)
