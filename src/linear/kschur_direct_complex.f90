@@ -81,6 +81,8 @@ contains
          allocate (previous, source=mumps)
       end if
       previous%monitor => self%monitor
+      ! Counted with the factors before.
+      previous%solve_seconds = 0
       call previous%factorize(matrix, structure, error)
       if (allocated(error)) return
       call move_alloc(previous, self%solver)
