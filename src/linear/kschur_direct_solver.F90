@@ -55,7 +55,6 @@ contains
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       type(error_type), allocatable, intent(out) :: error
-      type(mumps_real_type) :: mumps
       class(real_linear_solver_type), allocatable :: previous
       type(matrix_structure_type) :: ordered
       character(len=len(self%description)) :: reason
@@ -99,20 +98,8 @@ contains
          reason = trim(reason)//", "//text(self%processes%number)//" processes factor it"
       if (associated(self%last)) call self%last%drop_room()
       spent = seconds_since(started)
-      ! MUMPS may have analysed this pattern.
-      if (allocated(previous)) then
-         if (.not. same_type_as(previous, mumps)) deallocate (previous)
-      end if
-      if (.not. allocated(previous)) then
-         mumps%processes => self%processes
-         allocate (previous, source=mumps)
-      end if
-      previous%monitor => self%monitor
-      ! Counted with the factors before.
-      previous%solve_seconds = 0
-      call previous%factorize(matrix, ordered, error)
+      call factor_by_mumps(self, matrix, ordered, previous, error)
       if (allocated(error)) return
-      call move_alloc(previous, self%solver)
       call choose_refinement(self, matrix, ordered, error)
       call report(self, spent, "mumps: "//reason)
    end subroutine factorize
@@ -181,17 +168,6 @@ contains
       end if
    end subroutine try_ldl
 
-   ! Forgets those of LDL or MUMPS. Without factors nothing is kept here; LDL keeps its analysis in `last`.
-   subroutine forget_factors(self, kept)
-      class(direct_real_type), intent(inout) :: self
-      logical, intent(out) :: kept
-
-      kept = allocated(self%solver)
-      if (.not. kept) return
-      call self%solver%forget_factors(kept)
-      self%solver%solve_seconds = 0
-   end subroutine forget_factors
-
    ! Estimate for the solver that is tried first.
    subroutine estimate(self, pattern, structure, bytes, error)
       class(direct_real_type), intent(in) :: self
@@ -217,23 +193,6 @@ contains
       end if
    end subroutine estimate
 
-   ! Copies statistics of the factors and sets the description; `spent` seconds went into ordering or a failed attempt by LDL.
-   subroutine report(self, spent, description)
-      class(direct_real_type), intent(inout) :: self
-      real(wp), intent(in) :: spent
-      character(len=*), intent(in) :: description
-
-      self%analyze_seconds = spent + self%solver%analyze_seconds
-      self%factorize_seconds = self%solver%factorize_seconds
-      self%solve_seconds = self%solve_seconds + self%solver%solve_seconds
-      self%factor_entries = self%solver%factor_entries
-      self%factor_bytes = self%solver%factor_bytes
-      self%null_pivots = self%solver%null_pivots
-      self%negative_pivots = self%solver%negative_pivots
-      self%determinant = self%solver%determinant
-      self%description = description
-   end subroutine report
-
    subroutine solve(self, x, error)
       class(direct_real_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: x(:, :)
@@ -251,39 +210,6 @@ contains
       self%solve_seconds = self%solve_seconds + (self%solver%solve_seconds - previous)
    end subroutine solve
 
-   subroutine solve_adjoint(self, x, error)
-      class(direct_real_type), intent(inout) :: self
-      real(wp), contiguous, intent(inout) :: x(:, :)
-      type(error_type), allocatable, intent(out) :: error
-      real(wp) :: previous
-
-      call check_factored(self, error)
-      if (allocated(error)) return
-      previous = self%solver%solve_seconds
-      call self%solver%solve_adjoint(x, error)
-      self%solve_seconds = self%solve_seconds + (self%solver%solve_seconds - previous)
-   end subroutine solve_adjoint
-
-   subroutine solve_rows(self, x, error)
-      class(direct_real_type), intent(inout) :: self
-      real(wp), contiguous, intent(inout) :: x(:, :)
-      type(error_type), allocatable, intent(out) :: error
-      real(wp) :: previous
-
-      call check_factored(self, error)
-      if (allocated(error)) return
-      previous = self%solver%solve_seconds
-      call self%solver%solve_rows(x, error)
-      self%solve_seconds = self%solve_seconds + (self%solver%solve_seconds - previous)
-   end subroutine solve_rows
-
-   integer function shared_as(self)
-      class(direct_real_type), intent(in) :: self
-
-      shared_as = 0
-      if (allocated(self%solver)) shared_as = self%solver%shared_as()
-   end function shared_as
-
    subroutine absorb_scaling(self, scaling, is_absorbed)
       class(direct_real_type), intent(inout) :: self
       real(wp), intent(in) :: scaling(:)
@@ -293,11 +219,10 @@ contains
       if (is_absorbed) call self%solver%absorb_scaling(scaling, is_absorbed)
    end subroutine absorb_scaling
 
-   subroutine check_factored(self, error)
-      class(direct_real_type), intent(in) :: self
-      type(error_type), allocatable, intent(out) :: error
-
-      if (.not. allocated(self%solver)) call new_error(error, error_usage, &
-         "a matrix must be factored before it can be solved with")
-   end subroutine check_factored
+#define SCALAR real(wp)
+#define MATRIX_TYPE csr_matrix_type
+#define SOLVER_TYPE real_linear_solver_type
+#define DIRECT_TYPE direct_real_type
+#define MUMPS_TYPE mumps_real_type
+#include "kschur_direct.inc"
 end module kschur_direct_solver
