@@ -16,7 +16,7 @@ module kschur_left
    use kschur_problem, only: modal_problem_type
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_split, only: cluster_type, split
-   use kschur_tolerances, only: above_all_rounding, rounding_of_sums, same_shape, same_value
+   use kschur_tolerances, only: above_all_rounding, rounding_of_sums, same_shape, same_value, split_by_rounding
    implicit none
    private
    public :: condition_number, find_left_pairs, is_nearly_defective, set_left_modes
@@ -250,9 +250,12 @@ contains
             if (is_nearly_defective(modes%lambda, modes%phi, j, rounding_of_sums/epsilon(1.0_wp)*bound)) &
                bound = ieee_value(1.0_wp, ieee_quiet_nan)
          end if
-         if (.not. modes%condition(j) <= huge(1.0_wp)) return
-         normwise = modes%condition(j)*max(modes%backward_error(j), epsilon(1.0_wp))*abs(lambda)
-         if (.not. bound <= normwise) bound = normwise
+         if (modes%condition(j) <= huge(1.0_wp)) then
+            normwise = modes%condition(j)*max(modes%backward_error(j), epsilon(1.0_wp))*abs(lambda)
+            if (.not. bound <= normwise) bound = normwise
+         end if
+         ! A double eigenvalue that rounding has split lies in the middle, twice as far as the slope at one half says.
+         if (modes%condition(j) > split_by_rounding) bound = 2*bound
       end associate
    end subroutine set_bound
 

@@ -45,6 +45,9 @@ module kschur_tolerances
    !> Change of a sort key, relative to that of the last wanted value, that alters no order users would notice: a tenth of
    !> `same_frequency`. Chosen.
    real(wp), parameter, public :: negligible_change = 1.0e-7_wp
+   !> Condition number above which rounding may have split a double eigenvalue: a tenth of 1/sqrt(epsilon), as it is inversely
+   !> proportional to the distance, the square root of rounding.
+   real(wp), parameter, public :: split_by_rounding = 0.1_wp/sqrt(epsilon(1.0_wp))
    !> Relative difference of eigenvalues of accepted modes that are equal to rounding: as `inaccurate_above`.
    real(wp), parameter, public :: equal_value = 1.0e-8_wp
    !> Error of numbers with twelve digits (formatted input, vectors at the default tolerance): ten units of the last digit.
