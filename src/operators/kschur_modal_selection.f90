@@ -3,7 +3,7 @@ module kschur_modal_selection
    use kschur_kinds, only: wp
    use kschur_selection, only: selection_type
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_tolerances, only: real_tolerance, same_value, seems_zero
+   use kschur_tolerances, only: blurred_value, real_tolerance, same_value, seems_zero
    implicit none
    private
    public :: modal_selection_type
@@ -50,14 +50,14 @@ contains
       if (self%upper) key = merge(key, key + huge(1.0_wp)/2, self%is_upper(value))
    end function key
 
-   ! Whether the eigenvalue of a Ritz value is not below the real axis.
+   ! Whether the eigenvalue of a Ritz value is not below the real axis, or errors may have moved it there.
    pure logical function is_upper(self, value)
       class(modal_selection_type), intent(in) :: self
       complex(wp), intent(in) :: value
       complex(wp) :: lambdas(2)
 
       lambdas = self%lambdas_of(value)
-      is_upper = aimag(lambdas(1)) >= -real_tolerance*abs(lambdas(1))
+      is_upper = aimag(lambdas(1)) >= -blurred_value*abs(lambdas(1))
    end function is_upper
 
    !> Modulus below which no Ritz value is nearer to the target than `last`: the smallest |mu| = 1/|theta - shift| on the circle of

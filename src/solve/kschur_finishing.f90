@@ -117,7 +117,8 @@ contains
       allocate (candidates, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
       ! A pair with a larger backward error is not near an eigenpair, except in those two cases.
       if (.not. by_terms) candidates = candidates .and. judgement%errors <= no_correct_digits
-      allocate (judgement%poor, source=candidates .and. judgement%errors > s%options%good_enough())
+      ! With losses, what lies below the real axis is no mode, unless its error moved it there.
+      allocate (judgement%poor, source=candidates .and. (judgement%errors > s%options%good_enough() .or. aimag(modes%lambda) < 0))
       allocate (judgement%doubtful, source=candidates .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda))
       if (.not. any(judgement%doubtful)) return
       call bound_in_given_units(s, modes, judgement, error)
