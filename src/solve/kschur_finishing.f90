@@ -20,7 +20,7 @@ module kschur_finishing
    use kschur_tolerances, only: above_all_rounding, cancelled, dependent_state, no_correct_digits, same_shape, same_value, uneven
    implicit none
    private
-   public :: are_good, finish_modes, good_enough_of
+   public :: are_good, finish_modes, good_enough_of, make_real
 
    ! Radius, relative to the eigenvalue, in which a doubtful one is searched for.
    real(wp), parameter :: doubtful_radius = 0.5_wp
@@ -275,7 +275,7 @@ contains
       end function is_accepted
    end subroutine polish_cluster
 
-   ! Makes the shapes of undamped or proportionally damped modes real: they are real but for a complex factor, or, for copies,
+   !> Makes the shapes of undamped or proportionally damped modes real: they are real but for a complex factor, or, for copies,
    ! complex combinations of real shapes, which are made orthogonal.
    subroutine make_real(map, pairs)
       type(spectral_map_type), intent(in) :: map
