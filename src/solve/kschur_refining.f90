@@ -4,7 +4,7 @@ module kschur_refining
    use kschur_context, only: solve_context_type
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type
    use kschur_finishing, only: make_real
-   use kschur_hidden, only: are_known, feel_inertia
+   use kschur_hidden, only: are_known, may_be_infinite
    use kschur_kinds, only: wp
    use kschur_modes, only: eigenvalues_of, modes_type
    use kschur_outcome, only: certified_yes
@@ -51,7 +51,7 @@ contains
       allocate (dropped, source=changes > no_correct_digits)
       ! Rounding of the stiffness may be what hides a mode of a symmetric problem: its bound says so.
       if (s%problem%symmetric .and. any(dropped)) &
-         dropped = unpack(feel_inertia(s%work, chosen_pairs(modes, dropped)), dropped, .false.)
+         dropped = unpack(may_be_infinite(s%work, chosen_pairs(modes, dropped)), dropped, .false.)
       modes%unlisted = [modes%unlisted, pack(modes%lambda, dropped)]
       call modes%drop(dropped)
    end subroutine refine_modes
