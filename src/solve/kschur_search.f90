@@ -220,6 +220,9 @@ contains
       s%formulation = formulation_quadratic
       s%dense = .false.
       first_scale = s%reference()
+      ! What was found and is not listed is found again.
+      modes%found = eigenvalues_of(modes%lambda, modes%motion == 0) + &
+         eigenvalues_of(s%known%rigid%lambda, spread(.true., 1, size(s%known%rigid%lambda)))
       do i = 1, size(shift_factors)
          if (modes%found >= s%known%total%number) exit
          if (shift_factors(i) > 1 .and. off_first_shift*shift_factors(i)*first_scale > beyond_all*largest_rate(s%work)) cycle
