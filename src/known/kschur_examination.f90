@@ -25,8 +25,8 @@ module kschur_examination
    private
    public :: examination_type, find_rigid_motions, assume_no_rigid_motions
 
-   ! With more unknowns without mass than this no root space of infinity is computed: filtering infinite eigenvalues in the
-   ! iteration costs less.
+   ! With more unknowns without mass than this, and than modes, no root space of infinity is computed: filtering infinite
+   ! eigenvalues in the iteration costs less.
    integer, parameter :: most_massless = 64
    ! A symmetric form needs the root spaces only if more than one in this many motions is asked for as a mode.
    integer, parameter :: most_part = 4
@@ -66,7 +66,7 @@ contains
       type(modal_problem_type), intent(in) :: problem
       !> One of `formulation_*`.
       integer, intent(in) :: formulation
-      !> Number of modes asked for: a symmetric form needs the root spaces only if many of all modes are.
+      !> Number of modes asked for, `huge` of a dense solve: a symmetric form needs the root spaces only if many of all modes are.
       integer, intent(in) :: modes
       !> Solvers for the factorizations.
       type(inner_solvers_type), intent(in) :: inner
@@ -98,7 +98,8 @@ contains
       call set_rigid_motions(problem, rigid, examination)
       needs_root_spaces = modes > (problem%unknowns() - problem%multipliers())/most_part .or. &
          all(formulation /= [formulation_symmetric, formulation_proportional])
-      if (needs_root_spaces) call find_root_spaces(problem, formulation, inner, rigid, examination, effort, error, monitor)
+      if (needs_root_spaces) call find_root_spaces(problem, formulation, modes, inner, rigid, examination, effort, error, &
+         monitor)
       ! The factors serve a shift at zero only if their null space is that of the rigid motions.
       if (.not. allocated(error) .and. examination%lossy == 0) call move_alloc(rigid, examination%stiffness)
    end subroutine find_rigid_motions
@@ -237,10 +238,10 @@ contains
 
    ! Computes the root space of zero if rigid motions are not deflated, and that of infinity unless M is definite: infinity is the
    ! eigenvalue zero of the reversed polynomial lambda^2 K + lambda R + M. Skips zero with more than `most_null_vectors` motions,
-   ! and infinity with more than `most_massless` unknowns without mass.
-   subroutine find_root_spaces(problem, formulation, inner, rigid, examination, effort, error, monitor)
+   ! and infinity with more unknowns without mass than modes and than `most_massless`.
+   subroutine find_root_spaces(problem, formulation, modes, inner, rigid, examination, effort, error, monitor)
       type(modal_problem_type), intent(in) :: problem
-      integer, intent(in) :: formulation
+      integer, intent(in) :: formulation, modes
       type(inner_solvers_type), intent(in) :: inner
       !> The null space of the stiffness.
       type(null_space_type), intent(inout) :: rigid
@@ -270,7 +271,7 @@ contains
             if (allocated(error)) return
          end if
          ! With losses the chains of infinity are complex.
-         if (lossy .or. count(.not. problem%mass%row_maxima() > 0) > most_massless) return
+         if (lossy .or. count(.not. problem%mass%row_maxima() > 0) > max(most_massless, modes)) return
          deflation%infinite_is_known = problem%symmetric .or. problem%mass%is_symmetric()
          if (deflation%infinite_is_known) deflation%infinite_is_known = is_definite(problem%mass)
          if (deflation%infinite_is_known) return

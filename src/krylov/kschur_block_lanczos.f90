@@ -95,11 +95,6 @@ contains
          coefficients = 0
          call orthonormalize(operator, d, y, d%scale, rounding_of_sums, coefficients(:, :size(y, 2)), statistics, error)
          deallocate (y)
-         ! Vectors in the null space of the metric are dropped.
-         do while (d%vectors > before)
-            if (rounding_of_sums*d%metric_scale*d%sums%length(norm2(d%basis%columns(d%vectors, 1)))**2 <= 1) exit
-            call drop_last(d, d%vectors - 1)
-         end do
       end do
    end subroutine add_random_here
 

@@ -5,7 +5,7 @@ module kschur_finishing
    use kschur_effort, only: for_refinement
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
-   use kschur_hidden, only: are_known, feel_inertia
+   use kschur_hidden, only: are_known, may_be_infinite
    use kschur_kinds, only: wp
    use kschur_memory, only: require_memory
    use kschur_mode_selection, only: judge_pairs, mode_request_type
@@ -20,7 +20,7 @@ module kschur_finishing
    use kschur_tolerances, only: cancelled, dependent_state, no_correct_digits, same_shape, same_value, uneven
    implicit none
    private
-   public :: are_good, finish_modes
+   public :: are_good, finish_modes, make_real
 
    ! Radius, relative to the eigenvalue, in which a doubtful one is searched for.
    real(wp), parameter :: doubtful_radius = 0.5_wp
@@ -123,7 +123,7 @@ contains
       if (.not. any(judgement%doubtful)) return
       call bound_in_given_units(s, modes, judgement, error)
       if (allocated(error)) return
-      judgement%doubtful = unpack(feel_inertia(s%work, chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
+      judgement%doubtful = unpack(may_be_infinite(s%work, chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
    end subroutine judge
 
    ! Reduces error bounds of doubtful modes to those in the units of the problem as given, where these are better.
@@ -271,8 +271,8 @@ contains
       end function is_accepted
    end subroutine polish_cluster
 
-   ! Makes the shapes of undamped or proportionally damped modes real: they are real but for a complex factor, or, for copies,
-   ! complex combinations of real shapes, which are made orthogonal.
+   !> Makes the shapes of undamped or proportionally damped modes real: they are real but for a complex factor, or, for copies,
+   !> complex combinations of real shapes, which are made orthogonal.
    subroutine make_real(map, pairs)
       type(spectral_map_type), intent(in) :: map
       type(eigenpairs_type), intent(inout) :: pairs

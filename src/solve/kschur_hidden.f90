@@ -13,7 +13,7 @@ module kschur_hidden
    use kschur_tolerances, only: cancelled, root_epsilon, rounding_of_sums, same_value
    implicit none
    private
-   public :: are_known, feel_inertia, tell_hidden
+   public :: are_known, may_be_infinite, tell_hidden
 
 contains
 
@@ -114,9 +114,36 @@ contains
          force = 0
          call problem%mass%add_product(pairs%lambda(j)**2, phi, force)
          call problem%damping%add_product(pairs%lambda(j), phi, force)
-         feel(j) = norm2(abs(force)) > root_epsilon*problem%stiffness%infinity_norm()*norm2(abs(phi))
+         feel(j) = exceeds_rounding(problem, phi, force)
       end do
    end function feel_inertia
+
+   !> Whether pairs with large error bounds may be perturbed infinite ones: they feel inertia, or stiffness that inertia does not
+   !> balance.
+   function may_be_infinite(problem, pairs) result(may_be)
+      type(modal_problem_type), intent(in) :: problem
+      class(eigenpairs_type), intent(in) :: pairs
+      logical :: may_be(size(pairs%lambda))
+      complex(wp), dimension(pairs%rows(), 1) :: phi, force
+      integer :: j
+
+      may_be = feel_inertia(problem, pairs)
+      do j = 1, size(may_be)
+         phi(:, 1) = pairs%column(j)
+         force = 0
+         call problem%stiffness%add_product((1.0_wp, 0.0_wp), phi, force)
+         call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), pairs%xi(:, j:j), force)
+         may_be(j) = may_be(j) .or. exceeds_rounding(problem, phi, force)
+      end do
+   end function may_be_infinite
+
+   ! Whether a force on a shape exceeds the rounding of the stiffness forces.
+   logical function exceeds_rounding(problem, phi, force)
+      type(modal_problem_type), intent(in) :: problem
+      complex(wp), intent(in) :: phi(:, :), force(:, :)
+
+      exceeds_rounding = norm2(abs(force)) > root_epsilon*problem%stiffness%infinity_norm()*norm2(abs(phi))
+   end function exceeds_rounding
 
    !> Whether each eigenvalue is that of a rigid motion or of its decay, as the examination found them.
    function are_known(s, lambda)

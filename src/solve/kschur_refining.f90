@@ -2,14 +2,17 @@
 module kschur_refining
    use kschur_cluster_refinement, only: refine_cluster
    use kschur_context, only: solve_context_type
-   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type
-   use kschur_hidden, only: are_known, feel_inertia
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type
+   use kschur_finishing, only: make_real
+   use kschur_hidden, only: are_known, may_be_infinite
    use kschur_kinds, only: wp
-   use kschur_modes, only: modes_type
+   use kschur_modes, only: eigenvalues_of, modes_type
    use kschur_outcome, only: certified_yes
+   use kschur_problem, only: damping_none
+   use kschur_shapes, only: independent_part
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_split, only: cluster_type, split
-   use kschur_tolerances, only: equal_value, no_correct_digits, same_value
+   use kschur_tolerances, only: dependent_state, equal_value, no_correct_digits, same_value
    implicit none
    private
    public :: refine_modes
@@ -48,7 +51,7 @@ contains
       allocate (dropped, source=changes > no_correct_digits)
       ! Rounding of the stiffness may be what hides a mode of a symmetric problem: its bound says so.
       if (s%problem%symmetric .and. any(dropped)) &
-         dropped = unpack(feel_inertia(s%work, chosen_pairs(modes, dropped)), dropped, .false.)
+         dropped = unpack(may_be_infinite(s%work, chosen_pairs(modes, dropped)), dropped, .false.)
       modes%unlisted = [modes%unlisted, pack(modes%lambda, dropped)]
       call modes%drop(dropped)
    end subroutine refine_modes
@@ -86,7 +89,12 @@ contains
                maxval(modes%uncertainty(members))))
             call refine_cluster(s%work, transposed, clusters(i)%on_axis, refined(i)%pairs, radius, change, &
                refined(i)%found)
+            ! A symmetric problem without damping has no defective eigenvalues.
+            if (.not. refined(i)%found .and. size(members) > 1 .and. s%problem%symmetric .and. &
+               s%problem%damping_kind == damping_none .and. .not. s%is_lossy()) &
+               call refine_one_by_one(s, transposed, modes, clusters(i), radius, refined(i))
             if (refined(i)%found) then
+               if (modes%is_real()) call make_real(s%transform%map, refined(i)%pairs)
                changes(members) = 0
             else
                where (chosen(members) .and. .not. changes(members) > 0) changes(members) = change
@@ -95,6 +103,35 @@ contains
       end do
       call replace_refined(clusters, refined, modes, changes)
    end subroutine refine_clusters
+
+   ! Refines the members of a cluster one by one: an iteration whose space holds an eigenvector only inaccurately may have found it
+   ! several times. Leaves the cluster unless each member converges.
+   subroutine refine_one_by_one(s, transposed, modes, cluster, radius, refined)
+      type(solve_context_type), intent(in) :: s
+      !> Cq^T.
+      type(csr_matrix_type), intent(in) :: transposed
+      type(modes_type), intent(in) :: modes
+      type(cluster_type), intent(in) :: cluster
+      !> Largest change of an eigenvalue (1/s).
+      real(wp), intent(in) :: radius
+      type(refined_type), intent(inout) :: refined
+      type(eigenpairs_type) :: pairs, pair
+      real(wp) :: change
+      logical :: found
+      integer :: i, j
+
+      pairs = chosen_pairs(modes, spread(.false., 1, size(modes%lambda)))
+      call pairs%make_complex()
+      do j = 1, size(cluster%members)
+         pair = chosen_pairs(modes, [(i == cluster%members(j), i=1, size(modes%lambda))])
+         call pair%make_complex()
+         call refine_cluster(s%work, transposed, cluster%on_axis, pair, radius, change, found)
+         if (.not. found) return
+         if (independent_part(pairs, pair, 1, same_value) > dependent_state) call append_pairs(pairs, pair)
+      end do
+      refined%pairs = pairs
+      refined%found = .true.
+   end subroutine refine_one_by_one
 
    ! Whether a cluster can be refined.
    logical function may_refine(s, modes, cluster)
@@ -105,15 +142,13 @@ contains
       associate (members => cluster%members)
          may_refine = s%work%unknowns() + s%work%multipliers() + size(members) <= largest_order .and. &
             all(abs(modes%lambda(members)) > 0 .and. .not. are_known(s, modes%lambda(members)))
-         ! Real shapes of copies would become complex ones.
-         if (size(members) > 1 .and. modes%is_real()) may_refine = .false.
          ! With losses an eigenvalue on the real axis would get a side of it by rounding.
          if (s%is_lossy() .and. .not. all(abs(aimag(modes%lambda(members))) > 0)) may_refine = .false.
       end associate
    end function may_refine
 
    ! Replaces the members of refined clusters; the list is then in the order of clusters. Two conjugates may have become two real
-   ! eigenvalues, or these a pair, so that the number of modes changes, though not that of eigenvalues.
+   ! eigenvalues, or these a pair, and several pairs one.
    subroutine replace_refined(clusters, refined, modes, changes)
       type(cluster_type), intent(in) :: clusters(:)
       type(refined_type), intent(in) :: refined(:)
@@ -129,6 +164,8 @@ contains
          associate (members => clusters(i)%members)
             if (refined(i)%found) then
                order = [order, (members(min(l, size(members))), l=1, size(refined(i)%pairs%lambda))]
+               modes%found = modes%found + eigenvalues_of(refined(i)%pairs%lambda, abs(refined(i)%pairs%lambda) > 0) - &
+                  eigenvalues_of(modes%lambda(members), abs(modes%lambda(members)) > 0)
             else
                order = [order, members]
             end if
@@ -144,7 +181,7 @@ contains
                modes%lambda(j) = pairs%lambda(l)
                modes%xi(:, j) = pairs%xi(:, l)
                if (modes%is_real()) then
-                  modes%real_phi(:, j) = real(pairs%phi(:, l), wp)
+                  modes%real_phi(:, j) = pairs%real_phi(:, l)
                else
                   modes%phi(:, j) = pairs%phi(:, l)
                end if

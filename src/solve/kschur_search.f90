@@ -20,7 +20,7 @@ module kschur_search
    use kschur_shapes, only: independent_part, independent_parts
    use kschur_shift, only: factor_beside, move_to_modes
    use kschur_text, only: text
-   use kschur_tolerances, only: dependent_state, no_correct_digits, same_shape, same_value, too_far
+   use kschur_tolerances, only: dependent_state, equal_value, no_correct_digits, same_shape, same_value, too_far
    use kschur_options, only: formulation_quadratic
    use kschur_transform, only: transform_type
    implicit none
@@ -184,7 +184,9 @@ contains
          wanted = min(wanted + max(missing, wanted/4), s%known%total%number)
       end do
       all_asked = wanted == s%known%total%number
-      complete = statistics%reason == reason_fewer_modes .or. size(modes%infinite) > 0 .or. all_asked
+      ! An infinite eigenvalue among the nearest shows that there are no more, unless it looks nearer to the target than zero is.
+      complete = statistics%reason == reason_fewer_modes .or. all_asked .or. &
+         any(distances(modes%infinite, s%options%target) > abs(s%options%target))
       modes%reason = statistics%reason
       modes%locking_error = statistics%locking_error
       modes%history = statistics%history
@@ -218,6 +220,9 @@ contains
       s%formulation = formulation_quadratic
       s%dense = .false.
       first_scale = s%reference()
+      ! What was found and is not listed is found again.
+      modes%found = eigenvalues_of(modes%lambda, modes%motion == 0) + &
+         eigenvalues_of(s%known%rigid%lambda, spread(.true., 1, size(s%known%rigid%lambda)))
       do i = 1, size(shift_factors)
          if (modes%found >= s%known%total%number) exit
          if (shift_factors(i) > 1 .and. off_first_shift*shift_factors(i)*first_scale > beyond_all*largest_rate(s%work)) cycle
@@ -382,7 +387,8 @@ contains
          modes%certified = certificate%verdict
          if (certificate%verdict /= certified_yes) return
          furthest = maxval(distances(modes%lambda, s%options%target))
-         slack = 2*indistinct(furthest, maxval(abs(modes%lambda)))
+         ! Distances from an eigenvalue are rounding.
+         slack = max(2*indistinct(furthest, maxval(abs(modes%lambda))), equal_value*maxval(abs(modes%lambda)))
          if (furthest > certificate%reach + slack) modes%certified = certified_unknown
          ! If all eigenvalues were computed, none that is nearer than the furthest mode may be missing in the list.
          if (allocated(certificate%distances)) then

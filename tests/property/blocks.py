@@ -121,22 +121,22 @@ def number(fraction):
 
 # What is nearer to the real axis than this part of itself may be above or below it.
 BESIDE_AXIS = 1e-8
-# Where entries differ by more than this factor, doubles do not tell null vectors.
-WIDE = 2**20
+# Where entries differ by more than this factor, doubles do not tell null vectors; a sum below this part of its terms is rounding.
+WIDE, CANCELLED = 2**20, 1e-6
 
 
 def simple_pole(problem, value):
     """Order and residue at a simple eigenvalue, from its left and right vectors, or from the inverse right beside it."""
-    if problem.spread > WIDE:
-        with mpmath.workdps(2 * polynomials.DIGITS):
-            step = value * mpmath.mpf(10)**-30
-            return 1, doubles(problem.at(value + step) ** -1 * step)
-    with mpmath.workdps(polynomials.DIGITS):
-        u, _, vh = np.linalg.svd(doubles(problem.at(value)))
-    value = complex(value)
-    slope = 2 * value * np.array(problem.mass, float) + np.array(problem.damping, float)
-    left, right = u[:, -1].conj(), vh[-1].conj()
-    return 1, np.outer(right, left) / (left @ slope @ right)
+    if problem.spread <= WIDE:
+        with mpmath.workdps(polynomials.DIGITS):
+            u, _, vh = np.linalg.svd(doubles(problem.at(value)))
+        left, right = u[:, -1].conj(), vh[-1].conj()
+        slope = 2 * complex(value) * np.array(problem.mass, float) + np.array(problem.damping, float)
+        if abs(left @ slope @ right) > CANCELLED * abs(left) @ abs(slope) @ abs(right):
+            return 1, np.outer(right, left) / (left @ slope @ right)
+    with mpmath.workdps(2 * polynomials.DIGITS):
+        step = value * mpmath.mpf(10)**-30
+        return 1, doubles(problem.at(value + step) ** -1 * step)
 
 
 def pole(problem, value):

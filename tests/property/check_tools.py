@@ -8,12 +8,14 @@ from fractions import Fraction
 from functools import cache
 from unittest import mock
 
+import mpmath
 import numpy as np
 import scipy.linalg
 
 import generate as generator
 import polynomials
 from assemble import Problem
+from blocks import block, doubles, number
 from edges import EDGES
 from judge import DECLINED, FLAGGED, OK, SILENT, Verdict, assign, distance, judge, judge_folder, what_was_asked
 from shrink import shrink
@@ -114,6 +116,15 @@ class Spectra(unittest.TestCase):
                     worst = max(worst, off / tolerance)
         self.assertGreater(seen, len(SEEDS) // 10)
         self.assertGreater(worst, 1e-3)
+
+    def test_residues_where_the_slope_cancels(self):
+        problem = block([[400, 200], [200, 100 + Fraction(2)**-45]], [[11, 4], [4, 2]], [[1, 0], [0, 100]])
+        for found in problem.eigenvalues:
+            with mpmath.workdps(60):
+                at = problem.at(found.value)
+                adjugate = doubles(mpmath.matrix([[at[1, 1], -at[0, 1]], [-at[1, 0], at[0, 0]]]))
+                slope = mpmath.polyval([k * number(Fraction(a)) for k, a in enumerate(problem.polynomial)][:0:-1], found.value)
+            self.assertLess(np.linalg.norm(found.coefficient * complex(slope) - adjugate), 1e-6 * np.linalg.norm(adjugate))
 
     def test_dense_eigenvalues(self):
         """Those of LAPACK's QZ on the companion pencil in a basis of the null space of the constraints."""
