@@ -36,6 +36,8 @@ module kschur_mode_selection
       real(wp) :: search_radius = huge(1.0_wp)
       !> Eigenvalues below this (1/s) are rounding errors of zeros whose root space was not computed.
       real(wp) :: zero_noise = 0
+      !> Whether the eigenvalues are refined: they are not corrected.
+      logical :: refined = .false.
    end type mode_request_type
 
 contains
@@ -93,7 +95,8 @@ contains
          call match_conjugates(pairs%lambda(:k), same_value*abs(pairs%lambda(:k)), pairs%paired(:k), mirrored)
          call make_canonical(pairs, k)
       end if
-      call correct_eigenvalues(problem, pairs, request%rigid, modes%backward_error, modes%error_bound, modes%uncertainty)
+      call correct_eigenvalues(problem, pairs, request%rigid, request%refined, modes%backward_error, modes%error_bound, &
+         modes%uncertainty)
       ! The correction changes complex shapes only.
       if (.not. pairs%is_real()) call normalize_first(pairs, k)
       allocate (repeated, source=repeats_rigid_motion(problem, pairs, k, request%rigid, request%reference, request%zero_noise))

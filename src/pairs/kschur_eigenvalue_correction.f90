@@ -21,12 +21,14 @@ contains
    !> eigenvalue is moved to an axis if the backward error there, with a real shape on the real axis, is no larger than rounding
    !> allows. A pair on the real axis that stands for itself and its conjugate is a double real eigenvalue: its second copy is
    !> appended behind all others.
-   subroutine correct_eigenvalues(problem, pairs, rigid, errors, bounds, uncertainty)
+   subroutine correct_eigenvalues(problem, pairs, rigid, refined, errors, bounds, uncertainty)
       type(modal_problem_type), intent(in) :: problem
       !> Pairs of unit norm.
       type(eigenpairs_type), intent(inout) :: pairs
       !> Number of rigid motions and their decays, the last pairs: their zeros are exact and stay.
       integer, intent(in) :: rigid
+      !> Whether eigenvalues are refined: they stay as they are.
+      logical, intent(in) :: refined
       !> Backward errors of the corrected pairs.
       real(wp), allocatable, intent(out) :: errors(:)
       !> The backward error times the condition number, as an absolute bound of the error (1/s); NaN where not known.
@@ -54,13 +56,16 @@ contains
          call multiply_pairs(problem, transposed, pairs, first, last, problem%symmetric, products)
          do j = first, last
             l = j - first + 1
-            if (j <= k - rigid) then
-               call correct_pair(problem, pairs, j, products%forms(:, l))
-            else if (problem%symmetric .and. is_rigid_decay(products, l, pairs%lambda(j))) then
-               ! Its stiffness is rounding, and left out of the functional.
-               call move_to_root([products%forms(:2, l), cmplx(0, kind=xp)], pairs%lambda(j))
+            factor = 0
+            if (.not. refined) then
+               if (j <= k - rigid) then
+                  call correct_pair(problem, pairs, j, products%forms(:, l))
+               else if (problem%symmetric .and. is_rigid_decay(products, l, pairs%lambda(j))) then
+                  ! Its stiffness is rounding, and left out of the functional.
+                  call move_to_root([products%forms(:2, l), cmplx(0, kind=xp)], pairs%lambda(j))
+               end if
+               call move_to_real_axis(problem, pairs, j, products, l, factor)
             end if
-            call move_to_real_axis(problem, pairs, j, products, l, factor)
             if (is_paired(pairs, j) .and. .not. abs(aimag(pairs%lambda(j))) > 0) then
                double_real = [double_real, j]
                call append_pairs(copies, second_copy(pairs, j))

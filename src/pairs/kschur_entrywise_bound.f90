@@ -3,7 +3,7 @@ module kschur_entrywise_bound
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kschur_backward_error, only: effect_of_constraints
    use kschur_extended_residual, only: residual_of, violations_of
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: wp, xp
    use kschur_magnitudes, only: add_magnitudes
    use kschur_problem, only: modal_problem_type
    use kschur_sparse, only: csr_matrix_type
@@ -30,6 +30,7 @@ contains
       complex(wp), dimension(size(phi), 1) :: shape, slope
       real(wp), dimension(size(phi), 1) :: sizes, inertia, damping, stiffness
       complex(wp) :: forces(size(phi)), violations(size(eta))
+      complex(xp) :: motion(size(phi)), factor
       real(wp) :: sensitivity, rounding
 
       shape(:, 1) = phi
@@ -48,7 +49,9 @@ contains
       bound = ieee_value(1.0_wp, ieee_quiet_nan)
       change = bound
       if (.not. sensitivity > rounding_of_sums*sum(abs(chi)*(2*abs(lambda)*inertia(:, 1) + damping(:, 1)))) return
-      forces = residual_of(problem, transposed, shape, xi, reshape([lambda], [1, 1]), 1)
+      motion = phi
+      factor = lambda
+      forces = residual_of(problem, transposed, motion, factor*motion, factor**2*motion, xi)
       violations = violations_of(problem%constraints, phi)
       rounding = sum(abs(chi)*(abs(lambda)**2*inertia(:, 1) + abs(lambda)*damping(:, 1) + stiffness(:, 1))) + &
          effect_of_constraints(problem%constraints, phi, xi, chi, eta)

@@ -1,4 +1,4 @@
-!> Residuals of pairs, summed in extended precision.
+!> Residuals summed in extended precision.
 module kschur_extended_residual
    use kschur_kinds, only: wp, xp
    use kschur_problem, only: modal_problem_type
@@ -9,36 +9,23 @@ module kschur_extended_residual
 
 contains
 
-   !> Column j of the residual M X T^2 + R X T + K X + Cq^T Xi, T upper triangular, summed in extended precision.
-   function residual_of(problem, transposed, x, xi, t, j)
+   !> The force M a + R v + (K + i H) x + Cq^T xi of a motion, summed in extended precision.
+   function residual_of(problem, transposed, x, velocity, acceleration, xi)
       type(modal_problem_type), intent(in) :: problem
       !> Cq^T.
       type(csr_matrix_type), intent(in) :: transposed
-      !> X and T; for one pair its shape, and its eigenvalue (1/s).
-      complex(wp), intent(in) :: x(:, :), t(:, :)
-      !> Multipliers of the column.
+      complex(xp), intent(in) :: x(:), velocity(:), acceleration(:)
+      !> Multipliers.
       complex(wp), intent(in) :: xi(:)
-      integer, intent(in) :: j
-      complex(wp) :: residual_of(size(x, 1))
-      complex(xp), dimension(size(x, 1)) :: phi, velocity, acceleration
-      complex(xp) :: force, square
-      integer :: i, k
+      complex(wp) :: residual_of(size(x))
+      complex(xp) :: force, multipliers(size(xi))
+      integer :: i
 
-      phi = x(:, j)
-      velocity = 0
-      acceleration = 0
-      do i = 1, j
-         square = 0
-         do k = i, j
-            square = square + cmplx(t(i, k), kind=xp)*t(k, j)
-         end do
-         velocity = velocity + cmplx(t(i, j), kind=xp)*x(:, i)
-         acceleration = acceleration + square*x(:, i)
-      end do
-      do i = 1, size(phi)
+      multipliers = xi
+      do i = 1, size(x)
          force = row_product(problem%mass, i, acceleration) + row_product(problem%damping, i, velocity) &
-            + row_product(problem%stiffness, i, phi) + row_product(transposed, i, cmplx(xi, kind=xp))
-         if (allocated(problem%loss)) force = force + (0.0_xp, 1.0_xp)*row_product(problem%loss, i, phi)
+            + row_product(problem%stiffness, i, x) + row_product(transposed, i, multipliers)
+         if (allocated(problem%loss)) force = force + (0.0_xp, 1.0_xp)*row_product(problem%loss, i, x)
          residual_of(i) = cmplx(force, kind=wp)
       end do
    end function residual_of

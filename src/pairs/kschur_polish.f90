@@ -3,8 +3,9 @@ module kschur_polish
    use kschur_backward_error, only: backward_errors
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, keep_pairs, normalize
    use kschur_error, only: error_type
+   use kschur_extended_residual, only: residual_of, violations_of
    use kschur_gram_schmidt_complex, only: orthonormalize
-   use kschur_kinds, only: long, wp
+   use kschur_kinds, only: long, wp, xp
    use kschur_lapack, only: zgesvd
    use kschur_linear_solver, only: complex_linear_solver_type
    use kschur_memory, only: require_memory
@@ -13,9 +14,10 @@ module kschur_polish
    use kschur_projected, only: independent_eigenvectors, schur_form
    use kschur_random, only: random_vector, state_of_seed
    use kschur_saddle, only: saddle_blocks, saddle_structure, shifted_saddle
-   use kschur_sparse, only: csr_matrix_type
+   use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_split, only: cluster_type
-   use kschur_tolerances, only: above_all_rounding, cancelled, largest_offset
+   use kschur_tolerances, only: above_all_rounding, cancelled, largest_offset, rounding_of_sums, &
+      slow_refinement
    implicit none
    private
    public :: polished_type, polisher_type
@@ -31,12 +33,17 @@ module kschur_polish
       real(wp) :: offset = 1.0e-6_wp
       !> Size of eigenvalues (1/s) that takes the place of the centre where that is zero.
       real(wp) :: reference = 0
+      !> Whether clusters are refined: iterated until their space is invariant to rounding, however small backward errors are. What
+      !> leads out of the radius was no eigenvalue.
+      logical :: refines = .false.
       !> The factors at the present shift.
       class(complex_linear_solver_type), allocatable :: solver
       ! Scale factor of each constraint.
       real(wp), allocatable, private :: factors(:)
       ! M, R and K, the latter with constraints; not allocated before the first cluster.
       type(csr_matrix_type), allocatable, private :: blocks(:)
+      ! Cq^T.
+      type(csr_matrix_type), private :: transposed
    contains
       !> Sets the tolerance and the solver.
       procedure :: begin
@@ -54,6 +61,8 @@ module kschur_polish
       real(wp), allocatable :: errors(:)
       !> Number of eigenvalues, both of a conjugate pair counted if the cluster meets the real axis.
       integer :: eigenvalues = 0
+      !> Norm of the part of the images of the space that is orthogonal to it, relative to the images.
+      real(wp) :: residual = huge(1.0_wp)
       !> Whether all Ritz values within the cluster are accurate, and the space has room for more: there are no others then.
       logical :: complete = .false.
    contains
@@ -81,7 +90,8 @@ contains
    !> Factors the problem at a shift next to a cluster. A simple eigenvalue converges the faster the nearer the shift is. For
    !> several the distance exceeds their spread, so that all converge at one rate, and the splitting of a defective eigenvalue,
    !> whose chain would be lost next to its eigenvector otherwise; it is at most a fraction of the gap, so that the space converges.
-   !> A zero is treated as several, as it may be an undamped double one.
+   !> A zero is treated as several, as it may be an undamped double one. For refinement the shift is outside the discs, within which
+   !> the matrix is singular to rounding.
    subroutine factor_beside(self, problem, cluster, shift, error)
       class(polisher_type), intent(inout) :: self
       type(modal_problem_type), intent(in) :: problem
@@ -89,11 +99,12 @@ contains
       !> Where the problem was factored (1/s).
       complex(wp), intent(out) :: shift
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: spread_factor = 1.5_wp, gap_fraction = 1/30.0_wp
+      real(wp), parameter :: spread_factor = 1.5_wp, disc_factor = 10, gap_fraction = 1/30.0_wp
       real(wp) :: distance, unit
 
       if (.not. allocated(self%blocks)) then
          allocate (self%blocks(3))
+         self%transposed = transpose_csr(problem%constraints)
          call saddle_blocks(problem, self%factors, self%blocks, error)
          if (allocated(error)) return
       end if
@@ -101,6 +112,7 @@ contains
       distance = max(self%offset*unit, spread_factor*cluster%spread)
       if (size(cluster%members) > 1 .or. .not. abs(cluster%centre) > 0) &
          distance = max(distance, min(largest_offset*unit, gap_fraction*cluster%gap))
+      if (self%refines) distance = max(distance, min(disc_factor*cluster%disc, gap_fraction*cluster%gap))
       shift = cluster%centre + distance
       call self%solver%factorize(shifted_saddle(problem, self%blocks, shift), saddle_structure(problem), error)
    end subroutine factor_beside
@@ -134,7 +146,7 @@ contains
       integer, parameter :: largest = 200
       complex(wp), allocatable :: states(:, :), images(:, :), solutions(:, :)
       type(polished_type) :: current, previous
-      real(wp) :: limit, least
+      real(wp) :: limit, least, progress
       integer(long) :: random_state
       integer :: step, inside, filled
       logical :: settled, others_left
@@ -158,8 +170,10 @@ contains
          inside = cluster%count_eigenvalues(current%pairs%lambda)
          if (allocated(current%errors)) deallocate (current%errors)
          allocate (current%errors, source=backward_errors(problem, current%pairs))
-         if (size(current%errors) > 0 .and. 2*current%worst() < least) then
-            least = current%worst()
+         current%residual = block_residual(states, images)
+         progress = merge(current%residual, current%worst(), self%refines)
+         if (size(current%errors) > 0 .and. 2*progress < least) then
+            least = progress
             step = 0
          end if
          current%complete = size(current%errors) > 0 .and. current%worst() <= self%tolerance .and. &
@@ -172,7 +186,7 @@ contains
          ! What settles is preferred to what had more Ritz values within the cluster: one that leaves is no eigenvalue there.
          others_left = is_settled(current, previous) .and. current%eigenvalues < polished%eigenvalues
          settled = others_left .or. is_settled(current, polished)
-         if (others_left .or. is_better(current, polished)) then
+         if (self%refines .or. others_left .or. is_better(current, polished)) then
             polished = current
             if (settled) exit
          end if
@@ -197,9 +211,12 @@ contains
 
          settled = current%complete .and. current%eigenvalues >= size(members%lambda)
          if (.not. settled) return
-         if (size(members%lambda) == 1 .and. current%eigenvalues == 1) return
-         settled = current%eigenvalues == before%eigenvalues .and. all([(any(abs(before%pairs%lambda - current%pairs%lambda(i)) <= &
-            cancelled*abs(cluster%centre)), i=1, size(current%errors))])
+         if (self%refines) then
+            settled = current%residual <= rounding_of_sums
+         else if (size(members%lambda) > 1 .or. current%eigenvalues > 1) then
+            settled = current%eigenvalues == before%eigenvalues .and. all([(any(abs(before%pairs%lambda - &
+               current%pairs%lambda(i)) <= cancelled*abs(cluster%centre)), i=1, size(current%errors))])
+         end if
       end function is_settled
    end subroutine polish
 
@@ -287,7 +304,12 @@ contains
       if (kept < size(states, 2)) states = states(:, :kept)
    end subroutine make_orthonormal
 
-   ! Applies the shift-invert operator to orthonormal states.
+   ! Applies the shift-invert operator to orthonormal states [x; w]. The solutions are refined (Higham 2002, section 12.1) by
+   ! residuals in extended precision,
+   !
+   !     M (s v' + u w) + R v' + K x' + Cq^T xi,  v' = x + s x',
+   !
+   ! so that errors of Ritz values lambda = s + 1/mu are those of mu, times the small distance from the shift.
    subroutine apply_shift_invert(self, problem, shift, states, images, solutions, error)
       class(polisher_type), intent(inout) :: self
       type(modal_problem_type), intent(in) :: problem
@@ -295,28 +317,49 @@ contains
       !> The images, 2 n x p, and the solutions [x'; xi], (n + m) x p.
       complex(wp), allocatable, intent(out) :: images(:, :), solutions(:, :)
       type(error_type), allocatable, intent(out) :: error
-      complex(wp), allocatable :: x(:, :), force(:, :)
-      real(wp) :: unit
+      complex(wp), allocatable :: corrections(:, :)
+      complex(xp) :: x(size(states, 1)/2), velocity(size(states, 1)/2), sigma
+      real(wp) :: unit, change, last, rounding
       integer :: n, p, j
 
       n = problem%unknowns()
       p = size(states, 2)
       unit = abs(shift)
+      sigma = shift
       allocate (images(2*n, p))
-      allocate (x, source=states(:n, :))
-      allocate (solutions(n + size(self%factors), p), force(n, p), source=(0.0_wp, 0.0_wp))
-      call problem%damping%add_product((-1.0_wp, 0.0_wp), x, force)
-      x = unit*states(n + 1:, :) + shift*x
-      call problem%mass%add_product((-1.0_wp, 0.0_wp), x, force)
-      solutions(:n, :) = force
-      call self%solver%solve(solutions, error)
-      if (allocated(error)) return
+      allocate (solutions(n + size(self%factors), p), corrections(n + size(self%factors), p), source=(0.0_wp, 0.0_wp))
+      last = huge(1.0_wp)
+      do
+         do j = 1, p
+            x = solutions(:n, j)
+            velocity = states(:n, j) + sigma*x
+            corrections(:n, j) = -residual_of(problem, self%transposed, x, velocity, sigma*velocity + unit*states(n + 1:, j), &
+               solutions(n + 1:, j))
+            corrections(n + 1:, j) = -self%factors*violations_of(problem%constraints, solutions(:n, j))
+         end do
+         call self%solver%solve(corrections, error)
+         if (allocated(error)) return
+         change = norm2(abs(corrections(:n, :)))
+         rounding = epsilon(1.0_wp)*norm2(abs(solutions(:n, :)))
+         if (.not. change <= max(slow_refinement*last, rounding)) exit
+         do j = 1, p
+            solutions(:n, j) = solutions(:n, j) + corrections(:n, j)
+            solutions(n + 1:, j) = solutions(n + 1:, j) + self%factors*corrections(n + 1:, j)
+         end do
+         ! One more for entries below the rounding of the largest ones.
+         if (last <= rounding) exit
+         last = change
+      end do
       images(:n, :) = solutions(:n, :)
       images(n + 1:, :) = (states(:n, :) + shift*solutions(:n, :))/unit
-      do j = 1, p
-         solutions(n + 1:, j) = self%factors*solutions(n + 1:, j)
-      end do
    end subroutine apply_shift_invert
+
+   ! Norm of the part of the images that is orthogonal to the orthonormal states, relative to the images.
+   real(wp) function block_residual(states, images)
+      complex(wp), intent(in) :: states(:, :), images(:, :)
+
+      block_residual = norm2(abs(images - matmul(states, matmul(conjg(transpose(states)), images))))/norm2(abs(images))
+   end function block_residual
 
    ! Computes the Ritz pairs of a space, on the real axis one of each conjugate pair; or for each given lambda the vector nearest to
    ! an eigenvector.

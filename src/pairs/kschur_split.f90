@@ -13,6 +13,8 @@ module kschur_split
       complex(wp) :: centre = (0.0_wp, 0.0_wp)
       !> The largest distance of a member from the centre (1/s), without and with its disc.
       real(wp) :: spread = 0, radius = 0
+      !> The largest disc of a member (1/s).
+      real(wp) :: disc = 0
       !> The distance of the nearest other eigenvalue of the list from the centre (1/s), conjugates included if they are any.
       real(wp) :: gap = huge(1.0_wp)
       !> Whether the disc of a member meets the real axis: conjugates belong to the cluster then, and its space has a real basis.
@@ -93,6 +95,7 @@ contains
          if (cluster%on_axis) cluster%centre = real(cluster%centre, wp)
          cluster%spread = maxval(abs(values - cluster%centre))
          cluster%radius = maxval(abs(values - cluster%centre) + discs(members))
+         cluster%disc = maxval(discs(members))
       end associate
       others = .true.
       others(members) = .false.

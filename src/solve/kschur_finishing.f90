@@ -1,4 +1,5 @@
-!> Polishes modes that an iteration left inaccurate or in doubt, cluster by cluster (docs/theory.md, section 11).
+!> Polishes modes that an iteration left inaccurate or in doubt, and refines those of small problems, cluster by cluster
+!> (docs/theory.md, section 11).
 module kschur_finishing
    use kschur_backward_error, only: judge_as_given
    use kschur_context, only: solve_context_type, whole_given, whole_iterated
@@ -17,13 +18,16 @@ module kschur_finishing
    use kschur_shapes, only: independent_part, independent_parts
    use kschur_split, only: cluster_type, split
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_tolerances, only: cancelled, dependent_state, no_correct_digits, same_shape, same_value, uneven
+   use kschur_tolerances, only: cancelled, dependent_state, equal_value, known_well, no_correct_digits, &
+      same_shape, same_value, uneven
    implicit none
    private
-   public :: are_good, finish_modes, make_real
+   public :: are_good, finish_modes, refine_modes
 
    ! Radius, relative to the eigenvalue, in which a doubtful one is searched for.
    real(wp), parameter :: doubtful_radius = 0.5_wp
+   ! Beyond this number of unknowns and multipliers factors beside each mode cost more than the modes.
+   integer, parameter :: largest_refined = 200
 
    !> Accuracy of each mode, and whether it is polished.
    type :: judgement_type
@@ -46,22 +50,109 @@ contains
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
       type(judgement_type) :: judgement
-      type(polisher_type) :: polisher
       type(cluster_type), allocatable :: clusters(:)
-      type(eigenpairs_type) :: found
-      type(modes_type) :: new_modes
-      logical, dimension(size(modes%lambda)) :: replaced, not_found
-      integer :: i
+      logical, allocatable :: not_found(:)
 
       call s%hold(whole_iterated, error)
       if (.not. allocated(error)) call judge(s, modes, judgement, error)
       if (allocated(error)) return
       call find_suspects(modes, judgement, s%is_lossy(), clusters)
+      allocate (not_found(size(modes%lambda)), source=.false.)
+      call polish_clusters(s, modes, clusters, judgement, .false., not_found, error)
+      if (allocated(error) .or. is_counted(s)) return
+      call leave_out(modes, not_found)
+   end subroutine finish_modes
+
+   ! Drops modes, which are infinite eigenvalues moved by rounding, or modes that are not known.
+   subroutine leave_out(modes, dropped)
+      type(modes_type), intent(inout) :: modes
+      logical, intent(in) :: dropped(:)
+
+      modes%unlisted = [modes%unlisted, pack(modes%lambda, dropped)]
+      call modes%drop(dropped)
+   end subroutine leave_out
+
+   !> Refines the modes of a small problem: of unsymmetric problems all, as no Rayleigh functional makes eigenvalues more accurate
+   !> than shapes, and a small residual bounds their errors badly; of symmetric problems those with large error bounds. A mode that
+   !> is not found again, alone or with others within a hundredth, is dropped as inaccurate.
+   subroutine refine_modes(s, modes, error)
+      type(solve_context_type), intent(inout) :: s
+      !> Of the iterated problem.
+      type(modes_type), intent(inout) :: modes
+      type(error_type), allocatable, intent(out) :: error
+      type(judgement_type) :: judgement
+      type(cluster_type), allocatable :: clusters(:)
+      real(wp), allocatable :: discs(:)
+      logical, allocatable :: not_found(:)
+      integer :: pass, i
+
+      if (s%work%unknowns() + s%work%multipliers() > largest_refined) return
+      judgement%doubtful = abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda)
+      if (s%problem%symmetric) judgement%doubtful = judgement%doubtful .and. modes%uncertainty > equal_value*abs(modes%lambda)
+      allocate (not_found(size(modes%lambda)), source=.false.)
+      do pass = 1, 2
+         if (.not. any(judgement%doubtful)) exit
+         discs = min(modes%uncertainty, no_correct_digits*abs(modes%lambda))
+         if (pass == 2) discs = merge(no_correct_digits*abs(modes%lambda), 0.0_wp, judgement%doubtful)
+         discs = max(same_value*abs(modes%lambda), discs)
+         call split(modes%lambda, discs, clusters, lossy=s%is_lossy())
+         clusters = pack(clusters, [(may_refine(s, modes, clusters(i), judgement%doubtful), i=1, size(clusters))])
+         do i = 1, size(clusters)
+            associate (cluster => clusters(i), uncertain => maxval(modes%uncertainty(clusters(i)%members)))
+               ! If modes may be missing, a step beyond a hundredth and the error bound may have led to one of them.
+               cluster%radius = cluster%gap/2
+               if (.not. is_counted(s)) cluster%radius = min(cluster%radius, cluster%spread + &
+                  max(no_correct_digits*abs(cluster%centre), uncertain))
+            end associate
+         end do
+         judgement%errors = modes%backward_error
+         judgement%uncertainty = modes%uncertainty
+         call polish_clusters(s, modes, clusters, judgement, .true., not_found, error)
+         if (allocated(error)) return
+      end do
+      ! Rounding of the stiffness may be what hides a mode of a symmetric problem: its bound says so.
+      if (s%problem%symmetric .and. any(not_found)) &
+         not_found = unpack(may_be_infinite(s%work, chosen_pairs(modes, not_found)), not_found, .false.)
+      call leave_out(modes, not_found)
+   end subroutine refine_modes
+
+   ! Whether a cluster can be refined, and has a chosen member.
+   logical function may_refine(s, modes, cluster, chosen)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(in) :: modes
+      type(cluster_type), intent(in) :: cluster
+      logical, intent(in) :: chosen(:)
+
+      associate (members => cluster%members)
+         may_refine = any(chosen(members)) .and. all(abs(modes%lambda(members)) > 0 .and. .not. are_known(s, modes%lambda(members)))
+         ! With losses an eigenvalue on the real axis would get a side of it by rounding.
+         if (s%is_lossy()) may_refine = may_refine .and. all(abs(aimag(modes%lambda(members))) > 0)
+      end associate
+   end function may_refine
+
+   ! Polishes clusters, and replaces their members by the pairs found, the last modes of the list then.
+   subroutine polish_clusters(s, modes, clusters, judgement, refines, not_found, error)
+      type(solve_context_type), intent(inout) :: s
+      type(modes_type), intent(inout) :: modes
+      type(cluster_type), intent(in) :: clusters(:)
+      !> On return `doubtful` is that of the new list.
+      type(judgement_type), intent(inout) :: judgement
+      !> Whether they are refined.
+      logical, intent(in) :: refines
+      !> Which modes, of the new list on return, were not found again.
+      logical, allocatable, intent(inout) :: not_found(:)
+      type(error_type), allocatable, intent(out) :: error
+      type(polisher_type) :: polisher
+      type(eigenpairs_type) :: found
+      type(modes_type) :: new_modes
+      logical, allocatable :: replaced(:)
+      integer :: i
+
+      allocate (replaced(size(modes%lambda)), source=.false.)
       if (size(clusters) == 0) return
       call polisher%begin(constraint_factors(s%work, s%options%constraint_scaling, s%shift), s%options%good_enough(), &
          s%inner%complex)
-      replaced = .false.
-      not_found = .false.
+      polisher%refines = refines
       found = chosen_pairs(modes, replaced)
       allocate (found%paired(0))
       do i = 1, size(clusters)
@@ -70,16 +161,18 @@ contains
          if (allocated(error)) return
       end do
       call s%effort%add_solves(polisher%solver)
-      if (is_counted(s)) not_found = .false.
-      ! These are infinite eigenvalues moved by rounding, or modes.
-      modes%unlisted = [modes%unlisted, pack(modes%lambda, not_found)]
-      call modes%drop(replaced .or. not_found)
+      call modes%drop(replaced)
+      not_found = pack(not_found, .not. replaced)
+      judgement%doubtful = pack(judgement%doubtful, .not. replaced)
       ! The polished pairs of a wide cluster may include neighbours that stay in the list.
       call drop_dependent(found, modes)
       if (size(found%lambda) == 0) return
-      call judge_pairs(s%work, mode_request_type(target=s%options%target, reference=s%reference()), found, new_modes)
+      call judge_pairs(s%work, mode_request_type(target=s%options%target, reference=s%reference(), refined=refines), found, &
+         new_modes)
       call modes%append(new_modes)
-   end subroutine finish_modes
+      not_found = [not_found, spread(.false., 1, size(new_modes%lambda))]
+      judgement%doubtful = [judgement%doubtful, spread(.false., 1, size(new_modes%lambda))]
+   end subroutine polish_clusters
 
    ! Whether all eigenvalues were computed densely, and a certificate confirms their number.
    pure logical function is_counted(s)
@@ -229,7 +322,7 @@ contains
          call s%effort%add_factors(polisher%solver, for_refinement)
          guard_vectors = guards(min(size(cluster%members), 2))
          ! The count by inertia shows missing copies in the symmetric forms.
-         if (modes%is_real() .and. size(cluster%members) == 1) guard_vectors = 0
+         if (polisher%refines .or. (modes%is_real() .and. size(cluster%members) == 1)) guard_vectors = 0
          call polisher%polish(s%work, cluster, shift, members, maxval(judgement%errors(cluster%members)), guard_vectors, &
             polished, error)
       end if
@@ -240,6 +333,9 @@ contains
       end if
       if (is_accepted()) then
          replaced(cluster%members) = .true.
+         ! What leads off an axis is rounding.
+         if (polisher%refines .and. .not. any(abs(real(members%lambda, wp)) > 0)) &
+            polished%pairs%lambda = cmplx(0, aimag(polished%pairs%lambda), wp)
          if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
          ! Two clusters of inaccurate eigenvalues may be the same: both find the same pairs then.
          call drop_dependent(polished%pairs, found)
@@ -265,14 +361,19 @@ contains
          integer :: number_before
 
          number_before = cluster%count_eigenvalues(members%lambda)
+         if (polisher%refines) then
+            is_accepted = polished%complete .and. polished%residual <= known_well .and. polished%eigenvalues == number_before &
+               .and. size(polished%pairs%lambda) >= size(members%lambda)
+            return
+         end if
          is_accepted = (polished%complete .and. polished%eigenvalues >= merge(number_before, least_number(), is_counted(s))) .or. &
             (polished%eigenvalues >= number_before .and. &
             (polished%worst() <= polisher%tolerance .or. polished%worst() < maxval(judgement%errors(cluster%members))))
       end function is_accepted
    end subroutine polish_cluster
 
-   !> Makes the shapes of undamped or proportionally damped modes real: they are real but for a complex factor, or, for copies,
-   !> complex combinations of real shapes, which are made orthogonal.
+   ! Makes the shapes of undamped or proportionally damped modes real: they are real but for a complex factor, or, for copies,
+   ! complex combinations of real shapes, which are made orthogonal.
    subroutine make_real(map, pairs)
       type(spectral_map_type), intent(in) :: map
       type(eigenpairs_type), intent(inout) :: pairs

@@ -10,13 +10,12 @@ module kschur_search
    use kschur_kinds, only: wp
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_statistics_type
-   use kschur_finishing, only: are_good, finish_modes
+   use kschur_finishing, only: are_good, finish_modes, refine_modes
    use kschur_mode_selection, only: accept_pairs, distances, drop_spurious, largest_rate, judge_pairs, &
       keep_nearer_unlisted, nearest_first, mode_request_type
    use kschur_modes, only: eigenvalues_of, modes_type, no_modes
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, reason_max_restarts
-   use kschur_refining, only: refine_modes
    use kschur_shapes, only: independent_part, independent_parts
    use kschur_shift, only: factor_beside, move_to_modes
    use kschur_text, only: text
@@ -50,7 +49,7 @@ contains
             modes%found < s%known%total%number) call search_elsewhere(s, modes, error)
          if (allocated(error)) return
       end if
-      if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled)) call refine_modes(s, modes)
+      if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled)) call refine_modes(s, modes, error)
       if (.not. allocated(error)) call expand_modes(s, modes, error)
       if (allocated(error)) return
       if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled .or. are_good(s, modes))) then
