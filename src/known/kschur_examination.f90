@@ -50,6 +50,8 @@ module kschur_examination
       !> The null space of K and its factors, whose solves `effort` does not have yet; not allocated if rigid motions were not
       !> searched for, or H reduced them.
       type(null_space_type), allocatable :: stiffness
+      !> Number of unknowns without mass.
+      integer :: massless = 0
       !> Number of finite eigenvalues.
       type(eigenvalue_count_type) :: total
    contains

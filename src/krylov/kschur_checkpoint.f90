@@ -11,7 +11,8 @@ module kschur_checkpoint
    private
    public :: checkpoint_type, finished_type
 
-   character(len=*), parameter :: format = "kschur checkpoint "//kschur_version
+   ! With a number of the format, which changes with what iterations carry.
+   character(len=*), parameter :: format = "kschur checkpoint 2, "//kschur_version
    ! Largest fraction of the time spent on writing.
    real(wp), parameter :: part = 0.1_wp
 

@@ -106,7 +106,7 @@ contains
       call select_nearest(request, pairs%lambda, accepted, order)
       modes%unlisted = pack(pairs%lambda, inaccurate)
       ! Slow decays of rigid motions look like zeros found again. Those of symmetric problems are known.
-      if (.not. allocated(problem%loss)) &
+      if (.not. (problem%symmetric .or. allocated(problem%loss))) &
          modes%unlisted = [modes%unlisted, pack(pairs%lambda(:k), repeated .and. .not. mirrored)]
       ! A pair that is inaccurate and not listed will not be refined: it is not counted as found.
       accepted = accepted .and. modes%backward_error <= spurious

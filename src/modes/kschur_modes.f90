@@ -116,9 +116,8 @@ contains
    end function eigenvalues_of
 
    ! Permutes the columns in place, cycle by cycle, as there may be no memory for a copy: columns `order` first, the others behind.
-   ! Copies them if one is taken twice.
    pure subroutine take_real_columns(block, order)
-      real(wp), allocatable, intent(inout) :: block(:, :)
+      real(wp), intent(inout) :: block(:, :)
       integer, intent(in) :: order(:)
       real(wp) :: column(size(block, 1))
       logical :: pending(size(block, 2))
@@ -126,10 +125,6 @@ contains
 
       pending = .true.
       pending(order) = .false.
-      if (count(.not. pending) < size(order)) then
-         block = block(:, order)
-         return
-      end if
       from = [order, pack([(j, j=1, size(from))], pending)]
       pending = .true.
       do start = 1, size(from)

@@ -178,7 +178,7 @@ contains
       self%certificate%distances = reshape(distances(:each, :), [each*size(distances, 2)])
    end subroutine set_certificate
 
-   ! Copies the chosen shapes of a symmetric form, and purifies them; with constraints `recover` does that.
+   ! Copies the chosen shapes of a symmetric form, and purifies them unless `recover` does that.
    subroutine take_real(self, chosen, ritz, error)
       class(dense_transform_type), intent(inout) :: self
       integer, intent(in) :: chosen(:)

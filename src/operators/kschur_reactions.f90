@@ -11,14 +11,16 @@ contains
 
    !> Finds the multipliers xi for which f + Cq^T xi is smallest, by the normal equations, which suit few and well independent
    !> constraints, and adds Cq^T xi to f.
-   subroutine balance_forces(constraints, forces, xi)
+   subroutine balance_forces(constraints, forces, xi, lengths)
       !> Cq, m x n, without zero rows.
       type(csr_matrix_type), intent(in) :: constraints
       !> f, n x k.
       real(wp), contiguous, intent(inout) :: forces(:, :)
       !> m x k; zero if the constraints are dependent.
       real(wp), contiguous, intent(out) :: xi(:, :)
-      real(wp) :: gram(constraints%rows, constraints%rows), lengths(constraints%rows), row(constraints%columns)
+      !> Norms of the rows of Cq.
+      real(wp), intent(out) :: lengths(:)
+      real(wp) :: gram(constraints%rows, constraints%rows), row(constraints%columns)
       integer :: pivots(constraints%rows), i, j, info
 
       gram = 0

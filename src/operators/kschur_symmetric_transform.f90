@@ -277,7 +277,7 @@ contains
       ! Columns multiplied at a time.
       integer, parameter :: block = 4
       real(wp), allocatable :: y(:, :), work(:, :, :), xi(:, :), violations(:, :)
-      real(wp) :: shift, level_of_mass, level_of_stiffness, level_of_constraints, theta(size(values))
+      real(wp) :: shift, level_of_mass, level_of_stiffness, theta(size(values)), lengths(size(self%operator%factors))
       logical :: impure(size(values))
       integer :: first, last, n, j, k
       integer, allocatable :: chosen(:)
@@ -293,7 +293,6 @@ contains
       associate (mass => self%operator%mass, stiffness => self%stiffness, constraints => self%operator%problem%constraints)
          level_of_mass = mass%infinity_norm()
          level_of_stiffness = stiffness%infinity_norm()
-         level_of_constraints = constraints%infinity_norm()
          do first = 1, size(values), block
             last = min(first + block - 1, size(values))
             k = last - first + 1
@@ -310,7 +309,7 @@ contains
             end do
             !$omp end parallel do
             if (size(violations, 1) > 0) then
-               call balance_forces(constraints, work(:, :k, 1), self%multipliers(:, first:last))
+               call balance_forces(constraints, work(:, :k, 1), self%multipliers(:, first:last), lengths)
                call constraints%add_product(1.0_wp, shapes(:, first:last), violations(:, :k))
             end if
             !$omp parallel do schedule(static) if (n > panel_rows)
@@ -319,7 +318,7 @@ contains
                associate (limit => rounding_of_sums*dnrm2(n, shapes(:, j), 1))
                   impure(j) = .not. (dnrm2(n, work(:, j - first + 1, 1), 1) <= &
                      limit*(level_of_stiffness + abs(theta(j))*level_of_mass) .and. &
-                     norm2(violations(:, j - first + 1)) <= limit*level_of_constraints)
+                     all(abs(violations(:, j - first + 1)) <= limit*lengths))
                end associate
                impure(j) = impure(j) .or. abs(theta(j)) <= nearly_zero*abs(shift)
             end do

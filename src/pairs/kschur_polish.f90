@@ -2,7 +2,7 @@
 module kschur_polish
    use kschur_backward_error, only: backward_errors
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, keep_pairs, normalize
-   use kschur_error, only: error_type
+   use kschur_error, only: error_convergence, error_type, new_error
    use kschur_extended_residual, only: residual_of, violations_of
    use kschur_gram_schmidt_complex, only: orthonormalize
    use kschur_kinds, only: long, wp, xp
@@ -16,7 +16,7 @@ module kschur_polish
    use kschur_saddle, only: saddle_blocks, saddle_structure, shifted_saddle
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_split, only: cluster_type
-   use kschur_tolerances, only: above_all_rounding, cancelled, largest_offset, rounding_of_sums, &
+   use kschur_tolerances, only: above_all_rounding, accepted_backward_error, cancelled, largest_offset, rounding_of_sums, &
       slow_refinement
    implicit none
    private
@@ -99,6 +99,8 @@ contains
       !> Where the problem was factored (1/s).
       complex(wp), intent(out) :: shift
       type(error_type), allocatable, intent(out) :: error
+      ! Factors of the spread, and of the disc, within which the matrix is singular to rounding; and the largest part of the gap, by
+      ! which a step reduces what lies beyond it.
       real(wp), parameter :: spread_factor = 1.5_wp, disc_factor = 10, gap_fraction = 1/30.0_wp
       real(wp) :: distance, unit
 
@@ -153,6 +155,8 @@ contains
 
       random_state = state_of_seed(0)
       limit = max(self%tolerance, min(10*worst, inaccurate_above))
+      ! Only what leads out of the cluster was no eigenvalue.
+      if (self%refines) limit = max(limit, accepted_backward_error)
       polished%pairs = chosen_pairs(members, spread(.false., 1, size(members%lambda)))
       allocate (polished%pairs%paired(0), polished%errors(0))
       previous = polished
@@ -213,7 +217,7 @@ contains
          if (.not. settled) return
          if (self%refines) then
             settled = current%residual <= rounding_of_sums
-         else if (size(members%lambda) > 1 .or. current%eigenvalues > 1) then
+         else if (size(members%lambda) /= 1 .or. current%eigenvalues > 1) then
             settled = current%eigenvalues == before%eigenvalues .and. all([(any(abs(before%pairs%lambda - &
                current%pairs%lambda(i)) <= cancelled*abs(cluster%centre)), i=1, size(current%errors))])
          end if
@@ -340,6 +344,8 @@ contains
          call self%solver%solve(corrections, error)
          if (allocated(error)) return
          change = norm2(abs(corrections(:n, :)))
+         if (.not. change <= huge(change)) call new_error(error, error_convergence, "a solution is not finite")
+         if (allocated(error)) return
          rounding = epsilon(1.0_wp)*norm2(abs(solutions(:n, :)))
          if (.not. change <= max(slow_refinement*last, rounding)) exit
          do j = 1, p

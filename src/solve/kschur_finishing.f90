@@ -19,7 +19,7 @@ module kschur_finishing
    use kschur_split, only: cluster_type, split
    use kschur_spectral_map, only: spectral_map_type
    use kschur_tolerances, only: cancelled, dependent_state, equal_value, known_well, no_correct_digits, &
-      same_shape, same_value, uneven
+      real_tolerance, same_shape, same_value, uneven
    implicit none
    private
    public :: are_good, finish_modes, refine_modes
@@ -210,7 +210,7 @@ contains
       allocate (candidates, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
       ! A pair with a larger backward error is not near an eigenpair, except in those two cases.
       if (.not. by_terms) candidates = candidates .and. judgement%errors <= no_correct_digits
-      ! With losses, what lies below the real axis is no mode, unless its error moved it there.
+      ! What lies below the real axis, as with losses, is no mode, unless its error moved it there.
       allocate (judgement%poor, source=candidates .and. (judgement%errors > s%options%good_enough() .or. aimag(modes%lambda) < 0))
       allocate (judgement%doubtful, source=candidates .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda))
       if (.not. any(judgement%doubtful)) return
@@ -333,15 +333,19 @@ contains
       end if
       if (is_accepted()) then
          replaced(cluster%members) = .true.
-         ! What leads off an axis is rounding.
-         if (polisher%refines .and. .not. any(abs(real(members%lambda, wp)) > 0)) &
-            polished%pairs%lambda = cmplx(0, aimag(polished%pairs%lambda), wp)
+         associate (lambda => polished%pairs%lambda)
+            ! What leads a little off an axis is rounding.
+            if (polisher%refines .and. .not. any(abs(real(members%lambda, wp)) > 0)) &
+               lambda = merge(cmplx(0, aimag(lambda), wp), lambda, abs(real(lambda, wp)) <= real_tolerance*abs(lambda))
+         end associate
          if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
          ! Two clusters of inaccurate eigenvalues may be the same: both find the same pairs then.
          call drop_dependent(polished%pairs, found)
          call append_pairs(found, polished%pairs)
       else if (polished%eigenvalues == 0) then
          not_found(cluster%members) = judgement%doubtful(cluster%members) .or. judgement%errors(cluster%members) > inaccurate_above
+      else if (polished%eigenvalues >= cluster%count_eigenvalues(members%lambda)) then
+         not_found(cluster%members) = .false.
       end if
 
    contains

@@ -161,8 +161,8 @@ contains
 
       if (size(s%known%rigid%lambda) > 0) then
          ! The transposed stiffness has a null space of the same dimension.
-         call find_rigid_motions(adjoint%work, adjoint%formulation, s%options%modes, adjoint%inner, adjoint%known, adjoint%effort, &
-            error, s%monitor)
+         call find_rigid_motions(adjoint%work, adjoint%formulation, merge(huge(1), s%options%modes, s%dense), adjoint%inner, &
+            adjoint%known, adjoint%effort, error, s%monitor)
       else
          call assume_no_rigid_motions(adjoint%work, adjoint%known)
       end if

@@ -129,6 +129,7 @@ contains
       if (allocated(error)) return
       call orthonormalize_zeros(rigid)
       call move_pairs(rigid, s%known%rigid)
+      s%known%massless = count(.not. s%work%mass%row_maxima() > 0)
       s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant, size(s%known%rigid%lambda))
       call settle_dense(s)
       call announce_number(s)

@@ -358,7 +358,7 @@ contains
          all_found = complete .and. size(modes%unlisted) == 0
          if (total%exact) all_found = modes%found == total%number
          ! With losses the modes are not counted: unknowns without mass make as many infinite ones, others taken as such are finite.
-         if (s%is_lossy()) all_found = all_found .and. size(modes%infinite) <= count(.not. s%work%mass%row_maxima() > 0)
+         if (s%is_lossy()) all_found = all_found .and. size(modes%infinite) <= s%known%massless
          if (any(modes%reason == [reason_max_restarts, reason_cancelled]) .and. .not. (total%exact .and. all_found)) then
             ! The converged modes need not be the nearest ones.
             return
