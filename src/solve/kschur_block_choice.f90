@@ -14,8 +14,8 @@ module kschur_block_choice
 
    ! Block sizes to choose from.
    integer, parameter :: blocks(4) = [1, 2, 4, 8]
-   ! Factors and basis of fewer bytes stay in the cache, where single vectors cost no more than blocks.
-   integer(long), parameter :: cached = 2_long**23
+   ! Factors and basis of fewer bytes stay in the second cache, where single vectors cost no more than blocks.
+   integer(long), parameter :: cached = 2_long**21
    ! Least block size of an iteration that starts with known modes.
    integer, parameter :: least_with_modes = 2
    ! Average number of vectors in the basis beyond the wanted ones.

@@ -9,7 +9,8 @@ module kschur_iteration
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, ritz_pairs_type
    use kschur_modal_selection, only: modal_selection_type
-   use kschur_options, only: modal_options_type, formulation_low_rank, formulation_proportional, formulation_symmetric
+   use kschur_options, only: modal_options_type, formulation_low_rank, formulation_proportional, &
+      formulation_quadratic, formulation_symmetric
    use kschur_outcome, only: reason_converged
    use kschur_settings, only: set_iteration_options
    use kschur_split, only: match_conjugates
@@ -53,8 +54,8 @@ contains
       call set_iteration_options(settings, s%formulation, s%work%unknowns()*merge(1, 2, s%transform%map%oscillator), wanted, &
          count(abs(deflated - s%options%target) <= abs(s%shift - s%options%target)), s%transform%map%oscillator, &
          s%is_lossy(), options)
-      ! No functional makes these more accurate than the iteration, and a few steps cost less than factors for polishing.
-      if (.not. (s%work%symmetric .or. s%options%is_plain())) &
+      ! Few modes become more accurate than the iteration here, and a few steps cost less than factors for polishing.
+      if (.not. s%options%is_plain() .and. (s%formulation == formulation_quadratic .or. .not. s%work%symmetric)) &
          options%tolerance = min(options%tolerance, max(s%options%good_enough(), accepted_backward_error))
       if (allocated(s%last)) call s%transform%begin_with(s%last, options%block, options%start)
       ! The symmetric and low-rank forms count eigenvalues instead of verifying.
