@@ -46,12 +46,7 @@ contains
 
       self%analyze_seconds = 0
       self%factorize_seconds = 0
-      proved = .false.
-      if (are_several(self%processes, matrix%rows)) then
-         call prove_jointly(self, matrix, structure, proved, error)
-      else
-         call prove(self, matrix, structure, proved, error)
-      end if
+      call prove(self, matrix, structure, proved, error)
       if (proved .or. allocated(error)) return
       spent = self%factorize_seconds
       mumps%processes => self%processes
@@ -69,28 +64,38 @@ contains
       if (.not. backward_error <= above_all_rounding) self%negative_pivots = -1
    end subroutine factorize
 
-   ! Bounds the number of negative eigenvalues by LDL: `proved` if the bounds agree. Not proved, without an error, if LDL does not
-   ! handle the matrix.
+   ! Bounds the number of negative eigenvalues by LDL, of one process or of several jointly: `proved` if the bounds agree. Not
+   ! proved, without an error, if LDL does not handle the matrix.
    subroutine prove(self, matrix, structure, proved, error)
       class(inertia_real_type), intent(inout) :: self
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(in) :: structure
       logical, intent(out) :: proved
       type(error_type), allocatable, intent(out) :: error
+      type(joint_ldl_type) :: joint
       type(symbolic_type) :: symbolic
-      integer(long) :: started
+      integer(long) :: started, entries
       integer :: least, most
 
       proved = .false.
-      if (.not. structure%symmetric .or. matrix%rows /= matrix%columns) return
-      started = clock()
-      call analyze_once(self%last, matrix, structure, huge(1), symbolic, error)
-      self%analyze_seconds = seconds_since(started)
-      if (.not. allocated(error)) then
+      if (are_several(self%processes, matrix%rows)) then
+         joint%processes => self%processes
+         joint%last => self%last
+         joint%monitor => self%monitor
+         call joint%bound_negative(matrix, structure, least, most, error)
+         self%analyze_seconds = joint%analyze_seconds
+         self%factorize_seconds = joint%factorize_seconds
+         entries = joint%factor_entries
+      else
+         if (.not. structure%symmetric .or. matrix%rows /= matrix%columns) return
          started = clock()
-         call bound_negative_eigenvalues(matrix, symbolic, structure%least_negative, least, most, error, &
-            self%monitor)
+         call analyze_once(self%last, matrix, structure, huge(1), symbolic, error)
+         self%analyze_seconds = seconds_since(started)
+         started = clock()
+         if (.not. allocated(error)) call bound_negative_eigenvalues(matrix, symbolic, structure%least_negative, least, most, &
+            error, self%monitor)
          self%factorize_seconds = seconds_since(started)
+         entries = symbolic%factor_entries
       end if
       if (allocated(error)) then
          if (all(error%code /= [error_memory, error_cancelled])) deallocate (error)
@@ -98,38 +103,10 @@ contains
       end if
       proved = least == most
       self%description = "ldl: the inertia is proved"
-      self%factor_entries = symbolic%factor_entries
+      self%factor_entries = entries
       self%null_pivots = 0
       self%negative_pivots = least
    end subroutine prove
-
-   ! As `prove`, by several processes.
-   subroutine prove_jointly(self, matrix, structure, proved, error)
-      class(inertia_real_type), intent(inout) :: self
-      type(csr_matrix_type), intent(in) :: matrix
-      type(matrix_structure_type), intent(in) :: structure
-      logical, intent(out) :: proved
-      type(error_type), allocatable, intent(out) :: error
-      type(joint_ldl_type) :: joint
-      integer :: least, most
-
-      proved = .false.
-      joint%processes => self%processes
-      joint%last => self%last
-      joint%monitor => self%monitor
-      call joint%bound_negative(matrix, structure, least, most, error)
-      self%analyze_seconds = joint%analyze_seconds
-      self%factorize_seconds = joint%factorize_seconds
-      if (allocated(error)) then
-         if (all(error%code /= [error_memory, error_cancelled])) deallocate (error)
-         return
-      end if
-      proved = least == most
-      self%description = "ldl: the inertia is proved"
-      self%factor_entries = joint%factor_entries
-      self%null_pivots = 0
-      self%negative_pivots = least
-   end subroutine prove_jointly
 
    subroutine estimate(self, pattern, structure, bytes, error)
       class(inertia_real_type), intent(in) :: self
