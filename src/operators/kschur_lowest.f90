@@ -4,7 +4,7 @@ module kschur_lowest
    use kschur_effort, only: effort_type
    use kschur_error, only: error_type
    use kschur_examination, only: examination_type
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: wp, long
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type
    use kschur_krylov_real, only: krylov_schur
    use kschur_modal_selection, only: modal_selection_type
@@ -12,10 +12,11 @@ module kschur_lowest
    use kschur_operator, only: real_operator_type
    use kschur_problem, only: modal_problem_type
    use kschur_processes, only: processes_type
+   use kschur_random, only: random_vector, state_of_seed
    use kschur_spectral_map, only: spectral_map_type
    implicit none
    private
-   public :: find_lowest_frequencies
+   public :: estimate_lowest_frequency, find_lowest_frequencies
 
    !> K^{-1} M on the null space of the constraints, rigid motions deflated.
    type, extends(real_operator_type) :: flexibility_type
@@ -61,6 +62,33 @@ contains
       effort%seconds%orthogonalize = effort%seconds%orthogonalize + statistics%orthogonalize_seconds
       allocate (frequencies, source=1/sqrt(pack(abs(mu), abs(mu) > tiny(1.0_wp))))
    end subroutine find_lowest_frequencies
+
+   !> Estimates the lowest frequency of the undamped problem from above, by two steps of the power method.
+   subroutine estimate_lowest_frequency(problem, examination, seed, frequency, effort, error)
+      type(modal_problem_type), target, intent(in) :: problem
+      !> Its rigid motions and factored stiffness.
+      type(examination_type), target, intent(inout) :: examination
+      integer, intent(in) :: seed
+      !> In 1/s, without rigid motions; unchanged if there is no mass.
+      real(wp), intent(inout) :: frequency
+      class(effort_type), intent(inout) :: effort
+      type(error_type), allocatable, intent(out) :: error
+      type(flexibility_type) :: flexibility
+      real(wp) :: x(problem%unknowns(), 1), y(problem%unknowns(), 1), length
+      integer(long) :: state
+
+      flexibility%problem => problem
+      flexibility%deflation => examination%deflation
+      flexibility%stiffness => examination%stiffness
+      state = state_of_seed(seed)
+      call random_vector(state, x(:, 1))
+      call flexibility%apply(x, y, error)
+      if (.not. allocated(error)) call flexibility%apply(y, x, error)
+      if (allocated(error)) return
+      effort%operator_applications = effort%operator_applications + 2
+      length = norm2(x)
+      if (length > 0 .and. norm2(y) > 0) frequency = sqrt(norm2(y)/length)
+   end subroutine estimate_lowest_frequency
 
    integer function order(self)
       class(flexibility_type), intent(in) :: self

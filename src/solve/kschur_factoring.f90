@@ -55,7 +55,8 @@ contains
       placement%raw = s%options%is_plain()
       placement%motions = s%work%unknowns() - s%work%multipliers() + s%known%redundant - s%plan%redundant
       placement%factors = constraint_factors(s%work, s%options%constraint_scaling, s%shift)
-      if (.not. placement%raw) placement%unit = scale(1.0_wp, exponent(max(abs(s%shift), first_scale(s%work))))
+      if (.not. placement%raw) &
+         placement%unit = scale(1.0_wp, exponent(merge(max(abs(s%shift), first_scale(s%work)), s%reference(), abs(s%shift) > 0)))
       if (any(formulation == [formulation_symmetric, formulation_proportional, formulation_quadratic])) then
          call s%share_matrices(error)
          if (allocated(error)) return

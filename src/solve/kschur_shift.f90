@@ -10,7 +10,7 @@ module kschur_shift
    use kschur_formulation, only: is_structured
    use kschur_kinds, only: wp
    use kschur_krylov_options, only: krylov_options_type, ritz_pairs_type
-   use kschur_lowest, only: find_lowest_frequencies
+   use kschur_lowest, only: estimate_lowest_frequency, find_lowest_frequencies
    use kschur_modal_selection, only: modal_selection_type
    use kschur_mode_selection, only: largest_rate
    use kschur_monitor, only: stopper_type
@@ -138,6 +138,15 @@ contains
       real(wp) :: observed, spread
 
       placed = .false.
+      s%scale = scale
+      ! The unit of velocities, where the shift is none. With one far below the frequencies the numerical range of the operator has
+      ! real values, up to half of its inverse, among those of the wanted modes: false Ritz values.
+      if (s%formulation == formulation_quadratic) &
+         call estimate_lowest_frequency(s%work, s%known, s%options%seed, s%scale, s%effort, error)
+      if (allocated(error)) then
+         if (all(error%code /= [error_convergence, error_singular])) return
+         deallocate (error)
+      end if
       call s%effort%add_solves(s%known%stiffness%solver)
       s%known%stiffness%solver%solve_seconds = 0
       allocate (scaled)
@@ -148,7 +157,6 @@ contains
       call scaled%take(s%known%stiffness%solver, s%known%stiffness%row_scaling)
       deallocate (s%known%stiffness)
       call move_alloc(scaled, solver)
-      s%scale = scale
       call factor_at(s, s%formulation, (0.0_wp, 0.0_wp), error, solver)
       if (.not. allocated(error)) call observe_here(s, observed, error, spread)
       if (allocated(error)) then
