@@ -173,6 +173,8 @@ module kschur_tolerances
    real(wp), parameter, public :: least_of_mass = 1.0e-4_wp
    !> Probability that a random start vector misses a component that exists; smaller ones are neglected. Chosen.
    real(wp), parameter, public :: improbable = 1.0e-10_wp
+   !> Likewise that a verification misses a copy, where there is one. Chosen.
+   real(wp), parameter, public :: improbable_miss = 1.0e-3_wp
    !> Ratio of a regularisation to the backward error of the solver,
    real(wp), parameter, public :: above_rounding = 16
    !> and its least size, so that a regularised pivot is never taken for a null pivot.
