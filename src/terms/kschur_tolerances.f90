@@ -32,7 +32,8 @@ module kschur_tolerances
    !> Eigenvalues closer than this, relatively, may be one found twice: a perturbation of 1e-10 splits a defective one so far.
    !> Gaps of a spectrum are wider.
    real(wp), parameter, public :: same_value = 1.0e-5_wp
-   !> Relative difference of frequencies that users regard as equal: the edge of a band includes them. Chosen.
+   !> Relative difference of frequencies, or of distances from a target, that users regard as equal: the edge of a band includes
+   !> them. Chosen.
    real(wp), parameter, public :: same_frequency = 1.0e-6_wp
    !> Relative width of an interval of frequencies that is not cut again: a hundred times wider than eigenvalues that are taken as
    !> one (`same_value`), so that their copies are not divided. Chosen.
