@@ -7,7 +7,8 @@ module kschur_ritz_complex
    use kschur_krylov_options, only: krylov_options_type
    use kschur_projected, only: eigenvector_couplings, join_pairs, schur_form, schur_values
    use kschur_selection, only: order_by_preference, selection_type
-   use kschur_tolerances, only: no_correct_digits, negligible_change
+   use kschur_unseen_part, only: krylov_polynomial_type
+   use kschur_tolerances, only: improbable_miss, negligible_change
    implicit none
    private
    public :: choose, decomposition_type, check_none_missing, project, ritz_type

@@ -2,9 +2,10 @@
 module kschur_selection
    use kschur_kinds, only: wp
    use kschur_sorting, only: ascending_order
+   use kschur_tolerances, only: negligible_change
    implicit none
    private
-   public :: selection_type, named_selection_type, order_by_preference
+   public :: directions_around, selection_type, named_selection_type, order_by_preference
 
    !> Nearest to `target` first.
    integer, parameter, public :: nearest_target = 1
@@ -25,8 +26,8 @@ module kschur_selection
       !> Number of leading values, sorted by preference, that contain all wanted ones; larger than their number if they do not
       !> suffice.
       procedure :: needed
-      !> Modulus below which no value is more wanted than `last`; zero if unknown.
-      procedure :: edge
+      !> The border of the region in which values are more wanted than `last`.
+      procedure :: find_border
       !> Whether a cluster of values about `last` is too large for any of them to converge; .false. by default.
       procedure :: crowds
    end type selection_type
@@ -46,7 +47,7 @@ module kschur_selection
       complex(wp) :: target = (0.0_wp, 0.0_wp)
    contains
       procedure :: key => named_key
-      procedure :: edge => named_edge
+      procedure :: find_border => find_named_border
    end type named_selection_type
 
 contains
@@ -58,12 +59,18 @@ contains
       needed = self%wanted + 0*size(values)
    end function needed
 
-   real(wp) function edge(self, last)
+   subroutine find_border(self, last, values, border)
       class(selection_type), intent(in) :: self
       complex(wp), intent(in) :: last
+      !> None of them lies inside.
+      complex(wp), intent(in) :: values(:)
+      !> Points on it, of which some are the nearest to the values. Not allocated if it is not known, or inside are small values
+      !> that no iteration finds.
+      complex(wp), allocatable, intent(out) :: border(:)
 
-      edge = 0*self%wanted*abs(last)
-   end function edge
+      associate (unused_self => self, unused_last => last, unused_values => values)
+      end associate
+   end subroutine find_border
 
    logical function crowds(self, values, last)
       class(selection_type), intent(in) :: self
@@ -72,12 +79,26 @@ contains
       crowds = self%wanted < 0 .and. any(abs(values - last) < 0)
    end function crowds
 
-   real(wp) function named_edge(self, last) result(edge)
+   subroutine find_named_border(self, last, values, border)
       class(named_selection_type), intent(in) :: self
-      complex(wp), intent(in) :: last
+      complex(wp), intent(in) :: last, values(:)
+      complex(wp), allocatable, intent(out) :: border(:)
+      integer :: i
 
-      edge = merge(abs(last), 0.0_wp, self%criterion == largest_magnitude)
-   end function named_edge
+      if (self%criterion /= largest_magnitude) return
+      border = (1 + negligible_change)*abs(last)*[directions_around(), (values(i)/max(abs(values(i)), tiny(1.0_wp)), i=1, &
+         size(values))]
+   end subroutine find_named_border
+
+   !> Unit vectors in sixteen directions.
+   function directions_around() result(directions)
+      integer, parameter :: points = 16
+      complex(wp) :: directions(points)
+      real(wp), parameter :: turn = 8*atan(1.0_wp)/points
+      integer :: i
+
+      directions = [(exp(cmplx(0, i*turn, wp)), i=1, points)]
+   end function directions_around
 
    real(wp) function named_key(self, value) result(key)
       class(named_selection_type), intent(in) :: self

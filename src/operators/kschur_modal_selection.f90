@@ -1,9 +1,9 @@
 !> Selects the modes nearest to a target from Ritz values of a shift-invert operator.
 module kschur_modal_selection
    use kschur_kinds, only: wp
-   use kschur_selection, only: selection_type
+   use kschur_selection, only: directions_around, selection_type
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_tolerances, only: blurred_value, real_tolerance, same_value, seems_zero
+   use kschur_tolerances, only: blurred_value, equal_value, negligible_change, real_tolerance, same_value, seems_zero
    implicit none
    private
    public :: modal_selection_type
@@ -22,7 +22,7 @@ module kschur_modal_selection
    contains
       procedure :: key
       procedure :: needed
-      procedure :: edge
+      procedure :: find_border
       procedure :: crowds
       procedure, private :: lambdas_of
       procedure, private :: count_nearer
@@ -60,33 +60,38 @@ contains
       is_upper = aimag(lambdas(1)) >= -blurred_value*abs(lambdas(1))
    end function is_upper
 
-   !> Modulus below which no Ritz value is nearer to the target than `last`: the smallest |mu| = 1/|theta - shift| on the circle of
-   !> lambdas as far from the target as `last`, of which only the part above the real axis counts where those below are ignored.
-   !> Zero if theta has a pole inside it.
-   real(wp) function edge(self, last)
+   !> The border of the disc of lambdas that are nearer to the target than `last`, of which only the part above the real axis counts
+   !> where those below are ignored. Unknown if theta has a pole inside it; empty if all that is nearer equals the target.
+   subroutine find_border(self, last, values, border)
       class(modal_selection_type), intent(in) :: self
-      complex(wp), intent(in) :: last
-      integer, parameter :: points = 16
-      real(wp), parameter :: turn = 8*atan(1.0_wp)/points
-      complex(wp) :: point
-      real(wp) :: radius, half_chord, furthest
+      complex(wp), intent(in) :: last, values(:)
+      complex(wp), allocatable, intent(out) :: border(:)
+      complex(wp), allocatable :: seen(:), points(:)
+      real(wp) :: radius, half_chord
       integer :: i
 
-      edge = 0
       radius = self%key(last)
       if (abs(self%map%beta) > 0) then
          if (abs(cmplx(1, self%map%loss, wp)/self%map%beta + self%target) <= radius) return
       end if
-      ! Of the real axis within the circle.
-      half_chord = sqrt(max(radius**2 - aimag(self%target)**2, 0.0_wp))
-      furthest = 0
-      do i = 1, points
-         point = self%target + radius*exp(cmplx(0, i*turn, wp))
-         if (self%upper .and. aimag(point) < 0) point = real(self%target, wp) + sign(half_chord, real(point - self%target, wp))
-         furthest = max(furthest, abs(self%map%theta(point) - self%shift))
+      radius = radius - max(negligible_change*radius, equal_value*maxval(abs(self%lambdas_of(last))))
+      seen = self%target + radius*directions_around()
+      do i = 1, size(values)
+         seen = [seen, self%lambdas_of(values(i))]
       end do
-      if (furthest > 0) edge = 1/furthest
-   end function edge
+      points = self%target + radius*(seen - self%target)/max(abs(seen - self%target), tiny(1.0_wp))
+      ! Half of the real axis within the circle.
+      half_chord = sqrt(max(radius**2 - aimag(self%target)**2, 0.0_wp))
+      if (self%upper .and. half_chord > 0) then
+         associate (middle => real(self%target, wp))
+            where (min(aimag(seen), aimag(points)) < 0) &
+               points = middle + max(-half_chord, min(half_chord, real(seen, wp) - middle))
+            points = [points, cmplx(middle - half_chord, kind=wp), cmplx(middle + half_chord, kind=wp)]
+         end associate
+      end if
+      points = [(self%map%theta(points(i)) - self%shift, i=1, size(points))]
+      border = 1/pack(points, abs(points) > 0 .and. radius > 0)
+   end subroutine find_border
 
    !> Whether at least eight values lie within one per cent of the last: stiffness-proportional damping clusters all stiff
    !> motions.

@@ -18,7 +18,7 @@ module kschur_certificate
    use kschur_row_problem, only: row_problem_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_tolerances, only: known_well, no_correct_digits, nearly_zero, same_value
+   use kschur_tolerances, only: known_well, no_correct_digits, nearly_zero, same_frequency, same_value
    implicit none
    private
    public :: certificate_type, indistinct, inertia_census_type, new_inertia_census
@@ -72,13 +72,13 @@ module kschur_certificate
 
 contains
 
-   !> Differences of distances from the target below this (1/s) are rounding errors: far from the target all distances are
-   !> nearly equal, though the eigenvalues are not.
+   !> Differences of distances from the target below this (1/s) do not count: far from the target all distances are nearly equal,
+   !> though the eigenvalues are not.
    elemental real(wp) function indistinct(distance, size)
       !> Distance from the target, and magnitude of the eigenvalue (1/s).
       real(wp), intent(in) :: distance, size
 
-      indistinct = same_value*min(distance, size)
+      indistinct = same_frequency*min(distance, size)
    end function indistinct
 
    !> Creates a census of Ritz values 1/(theta - shift).
@@ -270,12 +270,12 @@ contains
       if (abs(theta) >= infinity) return
       last = 1/(side*(theta - self%shift))
       ! If the distance is not monotonic in theta, the interval may contain values that were not sought.
-      if (any(side*values > last .and. self%distance_of(values) > (1 + same_value)*reach)) return
+      if (any(side*values > last .and. self%distance_of(values) > (1 + same_frequency)*reach)) return
 
       end_value = 0
       if (.not. tight) end_value = clear_gap(side*values, residuals, last)
       if (.not. end_value > 0) end_value = near_gap(side*values, residuals, last)
-      if (.not. end_value > 0) end_value = (1 + same_value)*last
+      if (.not. end_value > 0) end_value = (1 + same_frequency)*last
       theta = self%shift + side/end_value
       negative = self%negative_at(theta, merge(self%converged_below(theta, values, residuals), 0, side > 0))
    end subroutine end_of_interval
@@ -318,7 +318,7 @@ contains
       end do
    end function clear_gap
 
-   ! Middle of the widest gap between converged values from `last` to (1 + same_value) last, which equal `last` to rounding: the
+   ! Middle of the widest gap between converged values from `last` to (1 + same_frequency) last, which users regard as equal: the
    ! interval ends within this cluster, and the gap decides which of it count as the nearest. Zero if no converged one lies on the
    ! near side of the gap.
    pure real(wp) function near_gap(values, residuals, last) result(middle)
@@ -326,7 +326,7 @@ contains
       real(wp) :: upper, lower, widest
 
       middle = 0
-      upper = (1 + same_value)*last
+      upper = (1 + same_frequency)*last
       widest = 0
       do while (upper > last)
          lower = max(last, maxval(values, values < upper .and. residuals <= known_well))
@@ -337,7 +337,7 @@ contains
          upper = lower
       end do
       ! Without converged values beyond, the interval ends before all of them.
-      if (.not. any(values > middle .and. values < (1 + same_value)*last .and. residuals <= known_well)) middle = 0
+      if (.not. any(values > middle .and. values < (1 + same_frequency)*last .and. residuals <= known_well)) middle = 0
    end function near_gap
 
    ! Number of negative eigenvalues of K - theta M on the null space of the constraints, by one factorisation; -1 if unknown.

@@ -32,7 +32,8 @@ module kschur_tolerances
    !> Eigenvalues closer than this, relatively, may be one found twice: a perturbation of 1e-10 splits a defective one so far.
    !> Gaps of a spectrum are wider.
    real(wp), parameter, public :: same_value = 1.0e-5_wp
-   !> Relative difference of frequencies that users regard as equal: the edge of a band includes them. Chosen.
+   !> Relative difference of frequencies, or of distances from a target, that users regard as equal: the edge of a band includes
+   !> them. Chosen.
    real(wp), parameter, public :: same_frequency = 1.0e-6_wp
    !> Relative width of an interval of frequencies that is not cut again: a hundred times wider than eigenvalues that are taken as
    !> one (`same_value`), so that their copies are not divided. Chosen.
@@ -173,6 +174,8 @@ module kschur_tolerances
    real(wp), parameter, public :: least_of_mass = 1.0e-4_wp
    !> Probability that a random start vector misses a component that exists; smaller ones are neglected. Chosen.
    real(wp), parameter, public :: improbable = 1.0e-10_wp
+   !> Likewise that a verification misses a copy, where there is one. Chosen.
+   real(wp), parameter, public :: improbable_miss = 1.0e-3_wp
    !> Ratio of a regularisation to the backward error of the solver,
    real(wp), parameter, public :: above_rounding = 16
    !> and its least size, so that a regularised pivot is never taken for a null pivot.
