@@ -121,7 +121,8 @@ contains
          "                         undamped-constrained-zero, damped, damped-constrained,", &
          "                         damped-constrained-zero, quadratic, symmetric,", &
          "                         proportional, low-rank, dense (auto)", &
-         "  --inner NAME           auto, mumps, ldl, iterative (auto); iterative: half of the memory", &
+         "  --inner NAME           auto, mumps, ldl, iterative (auto); iterative: factors in", &
+         "                         single precision, and refined solutions", &
          "  --presolve on|off      eliminate clamped and tied unknowns first (on)", &
          "  --block B              vectors that the Krylov space grows by at a time, or auto:", &
          "                         as many as cost least (auto)", &
@@ -146,8 +147,10 @@ contains
          "  -q, --quiet            no progress on the terminal", &
          "  -t, --threads N        threads (as many as there are cores); any number gives the same", &
          "                         digits but for what MUMPS factors", &
-         "  --memory LIMIT         refuse what is estimated to take more bytes, as 800M or 4G,", &
-         "                         before anything is factored (kschur info tells the estimate)", &
+         "  --memory LIMIT         take factors in single precision where those in double are", &
+         "                         estimated to take more bytes, as 800M or 4G; refuse what takes", &
+         "                         more even so, before anything is factored (kschur info tells", &
+         "                         both estimates)", &
          "  --distribute ROWS      kschur-mpi: so many rows and more are factored by all its", &
          "                         processes (20000)", &
          "  --groups N             kschur-mpi: so many groups of processes share the parts of a", &

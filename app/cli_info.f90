@@ -8,8 +8,8 @@ module cli_info
    use cli_properties, only: print_properties
    use cli_system, only: print_line
    use kschur, only: asymmetry_of, asymmetry_type, choose_formulation, csr_matrix_type, damping_names, &
-      damping_proportional, description_of, &
-      error_memory, error_type, error_usage, estimate_memory, formulation_auto, formulation_names, inner_names, &
+      damping_proportional, description_of, error_memory, error_type, error_usage, estimate_memory, formulation_auto, &
+      formulation_names, inner_auto, inner_iterative, inner_names, &
       is_hdf5_result, kschur_version, long, memory_estimate_type, modal_options_type, modal_problem_type, &
       modal_result_type, new_error, presolve, presolve_type, read_hdf5_result, text, wp
    implicit none
@@ -22,6 +22,8 @@ module cli_info
       character(len=:), allocatable :: decision
       type(presolve_type) :: plan
       type(memory_estimate_type) :: memory
+      !> With factors in single precision, which a limit of memory may choose; 0: it does not.
+      real(wp) :: single = 0
       integer :: modes = 0
    end type facts_type
 
@@ -91,6 +93,7 @@ contains
          if (no_motion%code == error_memory) call move_alloc(no_motion, error)
       end if
       if (.not. allocated(error)) call estimate_memory(problem, options, facts%memory, error)
+      if (.not. allocated(error)) call estimate_single(problem, options, facts, error)
       if (allocated(error)) return
       facts%modes = options%modes
       if (format == format_json) then
@@ -100,6 +103,24 @@ contains
       end if
    end subroutine tell_of_problem
 
+   ! Estimates the memory with factors in single precision, if a solve with these options may take them.
+   subroutine estimate_single(problem, options, facts, error)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_options_type), intent(in) :: options
+      type(facts_type), intent(inout) :: facts
+      type(error_type), allocatable, intent(out) :: error
+      type(modal_options_type) :: changed
+      type(memory_estimate_type) :: memory
+
+      if (options%inner /= inner_auto .or. allocated(problem%loss)) return
+      changed = options
+      changed%inner = inner_iterative
+      call estimate_memory(problem, changed, memory, error)
+      if (allocated(error) .or. memory%total() >= facts%memory%total()) return
+      facts%single = memory%total()
+   end subroutine estimate_single
+
+   ! Prints the facts as lines.
    subroutine print_lines(problem, facts)
       type(modal_problem_type), intent(in) :: problem
       type(facts_type), intent(in) :: facts
@@ -119,6 +140,8 @@ contains
          call print_line("memory       about "//megabytes(memory%total())//" MB for "//text(facts%modes)// &
             trim(merge(" mode: ", " modes:", facts%modes == 1))//" matrices "//megabytes(memory%matrices)//", factors "// &
             megabytes(memory%factors)//", vectors "//megabytes(memory%vectors))
+         if (facts%single > 0) call print_line("             or "//megabytes(facts%single)// &
+            " MB with factors in single precision, which --memory may choose")
       end associate
       call print_line("")
       call print_line("matrix                     nonzeros   infinity norm")
@@ -147,9 +170,18 @@ contains
          call print_line(' "modes": '//text(facts%modes)//',')
          call print_line(' "memory_bytes": {"total": '//text(nint(memory%total(), long))//', "matrices": '// &
             text(nint(memory%matrices, long))//', "factors": '//text(nint(memory%factors, long))//', "vectors": '// &
-            text(nint(memory%vectors, long))//'}}')
+            text(nint(memory%vectors, long))//single_member(facts%single)//'}}')
       end associate
    end subroutine print_object
+
+   ! JSON member with the estimate of factors in single precision; empty if there is none.
+   pure function single_member(bytes) result(member)
+      real(wp), intent(in) :: bytes
+      character(len=:), allocatable :: member
+
+      member = ""
+      if (bytes > 0) member = ', "in_single_precision": '//text(nint(bytes, long))
+   end function single_member
 
    ! "yes", or "no" with the two mirrored entries that differ most.
    function symmetry_text(problem)

@@ -55,8 +55,8 @@ int kschur_options_set_formulation(kschur_options *options, const char *name);
 /* "row" (default), "scalar" or "none": how constraints are scaled. */
 int kschur_options_set_constraint_scaling(kschur_options *options, const char *name);
 
-/* "auto" (default), "mumps", "ldl" or "iterative": what factors and solves. "iterative" may fail with
- * KSCHUR_ERROR_CONVERGENCE when it solves. */
+/* "auto" (default), "mumps", "ldl" or "iterative": what factors and solves. "iterative", with factors in single
+ * precision, may fail with KSCHUR_ERROR_CONVERGENCE when it solves. */
 int kschur_options_set_inner(kschur_options *options, const char *name);
 
 /* Largest dimension of the Krylov space, but for what a verification needs beside what is locked; 0 (default): chosen
@@ -88,8 +88,8 @@ int kschur_options_set_distribute(kschur_options *options, int64_t rows);
  * factors of its own; 0 (default): each process is one where a matrix is too small to be distributed, else all together. */
 int kschur_options_set_groups(kschur_options *options, int64_t groups);
 
-/* A solve that is estimated to take more memory than this, in bytes, is refused before anything is factored, as
- * KSCHUR_ERROR_MEMORY; 0 (default): none is. */
+/* A solve that is estimated to take more memory than this, in bytes, takes "iterative" for "auto" if that stays below,
+ * else it is refused before anything is factored, as KSCHUR_ERROR_MEMORY; 0 (default): none is. */
 int kschur_options_set_memory(kschur_options *options, int64_t bytes);
 
 /* Whether clamped and tied unknowns are eliminated first. Default yes. */

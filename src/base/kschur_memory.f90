@@ -3,15 +3,15 @@
 module kschur_memory
    use, intrinsic :: iso_c_binding, only: c_double, c_int
    use kschur_error, only: error_type, new_error, error_memory
-   use kschur_kinds, only: wp, long
+   use kschur_kinds, only: wp, long, single
    use kschur_text, only: text
    implicit none
    private
    public :: require_memory
 
-   !> Bytes of an integer, a real and a complex number; the unit of messages.
+   !> Bytes of an integer, a real number of either precision and a complex one; the unit of messages.
    real(wp), parameter, public :: integer_bytes = storage_size(1)/8, real_bytes = storage_size(1.0_wp)/8, &
-      complex_bytes = 2*real_bytes, megabyte = 1.0e6_wp
+      single_bytes = storage_size(1.0_single)/8, complex_bytes = 2*real_bytes, megabyte = 1.0e6_wp
    ! Bytes left for small arrays.
    real(wp), parameter :: margin = 1.6e7_wp
 

@@ -1,7 +1,7 @@
 !> Whether a mass matrix is semidefinite, and so an inner product on the motions that have mass, and its nullity.
 module kschur_mass
    use kschur_effort, only: effort_type, for_mass
-   use kschur_error, only: error_type
+   use kschur_error, only: error_type, error_singular
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
@@ -49,7 +49,12 @@ contains
       structure%symmetric = .true.
       allocate (solver, source=inner%unshifted)
       call solver%factorize(mass, structure, error)
-      if (allocated(error)) return
+      if (allocated(error)) then
+         if (error%code /= error_singular) return
+         ! In single precision null pivots may end a factorization: nothing is proved.
+         deallocate (error)
+         return
+      end if
       if (present(effort)) call effort%add_factors(solver, for_mass)
       if (solver%negative_pivots < 0) then
          deallocate (solver)
@@ -59,6 +64,7 @@ contains
          if (present(effort)) call effort%add_factors(solver, for_mass)
       end if
       semidefinite = solver%negative_pivots == 0
+      if (solver%negative_pivots < 0) return
       nullity = solver%null_pivots
    end subroutine examine_mass
 

@@ -8,6 +8,7 @@ module kschur_null_space
    use kschur_equilibration, only: equilibrate
    use kschur_error, only: error_type, error_cancelled, error_convergence, error_memory, error_singular
    use kschur_held_bodies, only: are_held, try_factors
+   use kschur_iterative_real, only: iterative_real_type
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_options, only: inner_mumps
@@ -139,6 +140,10 @@ contains
             if (purpose /= for_rigid_motions .or. are_several(solver%processes, problem%unknowns() + problem%multipliers())) return
             if (.not. are_held(problem)) return
          end if
+         allocate (space%solver, source=solver)
+      type is (iterative_real_type)
+         ! Factors in single precision hold no null pivots: A must be regular.
+         if (problem%multipliers() > 0 .or. .not. problem%symmetric) return
          allocate (space%solver, source=solver)
       class default
          return

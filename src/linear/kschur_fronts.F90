@@ -3,7 +3,7 @@
 !> Rev. 34 (1992), doi 10.1137/1034004.)
 module kschur_fronts
    use kschur_enclosure, only: enclosure_type
-   use kschur_kinds, only: wp, long
+   use kschur_kinds, only: wp, long, single
    use kschur_panel, only: factor_panel, factor_rows, subtract_trapezoid
    use kschur_sparse, only: csr_matrix_type
    use kschur_subtrees, only: subtrees_type
@@ -15,6 +15,7 @@ module kschur_fronts
    public :: eliminate_supernode
 
 #define SCALAR real(wp)
+#define ROUNDED real(single)
 #define MATRIX_TYPE csr_matrix_type
 #include "kschur_fronts.inc"
 end module kschur_fronts

@@ -11,7 +11,7 @@ module kschur_inertia_solver
    use kschur_processes, only: are_several, processes_type
    use kschur_proved_inertia, only: bound_negative_eigenvalues
    use kschur_sparse, only: csr_matrix_type
-   use kschur_symbolic, only: symbolic_type
+   use kschur_symbolic, only: analyze, symbolic_type
    use kschur_tolerances, only: above_all_rounding
    use kschur_trial_solution, only: try_solver
    implicit none
@@ -26,6 +26,8 @@ module kschur_inertia_solver
       type(processes_type), pointer :: processes => null()
       !> Analysis shared by successive solvers; not associated: each matrix is analysed.
       type(last_analysis_type), pointer :: last => null()
+      !> Whether MUMPS, whose factors take memory, must not count what LDL^T leaves unproved.
+      logical :: by_proof_alone = .false.
    contains
       procedure :: factorize
       procedure :: solve
@@ -48,6 +50,11 @@ contains
       self%factorize_seconds = 0
       call prove(self, matrix, structure, proved, error)
       if (proved .or. allocated(error)) return
+      if (self%by_proof_alone) then
+         self%negative_pivots = -1
+         self%description = "ldl: the inertia is not proved"
+         return
+      end if
       spent = self%factorize_seconds
       mumps%processes => self%processes
       mumps%monitor => self%monitor
@@ -117,10 +124,16 @@ contains
       type(joint_ldl_type) :: joint
       type(ldl_real_type) :: ldl
       type(mumps_real_type) :: mumps
+      type(symbolic_type) :: symbolic
 
       if (structure%symmetric .and. are_several(self%processes, pattern%rows)) then
          joint%processes => self%processes
          call joint%estimate(pattern, structure, bytes, error)
+      else if (structure%symmetric .and. self%by_proof_alone) then
+         ! L is not stored.
+         bytes = 0
+         call analyze(pattern, structure, huge(1), symbolic, error)
+         if (.not. allocated(error)) bytes = symbolic%bytes(of_entry=0.0_wp)
       else if (structure%symmetric) then
          call ldl%estimate(pattern, structure, bytes, error)
       else

@@ -7,7 +7,7 @@ module kschur_ldl
    use kschur_kinds, only: wp, long
    use kschur_last_analysis, only: analyze_once, last_analysis_type
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
-   use kschur_memory, only: real_bytes, require_memory
+   use kschur_memory, only: real_bytes, require_memory, single_bytes
    use kschur_monitor, only: ask_monitor
    use kschur_permuted_sides, only: substitute_sides
    use kschur_sparse, only: csr_matrix_type
@@ -27,6 +27,8 @@ module kschur_ldl
       integer :: most_entries = huge(1)
       !> Accepts multipliers: their pivots must be negative, all others positive.
       logical :: quasi_definite = .false.
+      !> L is stored in single precision: solutions have its digits, pivots and inertia those of double precision.
+      logical :: rounded = .false.
       !> Analysis shared by successive solvers; not associated: each matrix is analysed.
       type(last_analysis_type), pointer :: last => null()
       ! Whether factors are available.
@@ -72,7 +74,8 @@ contains
       self%analyze_seconds = seconds_since(started)
       if (.not. allocated(error)) then
          started = clock()
-         if (associated(self%last)) call self%last%take_room(self%factors%lower)
+         self%factors%rounds = self%rounded
+         if (associated(self%last) .and. .not. self%rounded) call self%last%take_room(self%factors%lower)
          call eliminate(matrix, self%symbolic, self%subtrees, 0, self%factors, error, self%monitor, &
             structure%least_pivot())
          if (.not. allocated(error)) call examine_pivots(self, matrix, structure, error)
@@ -94,7 +97,7 @@ contains
       bytes = 0
       call require_memory(3*pattern%bytes(), "the elimination order", error)
       if (.not. allocated(error)) call analyze(pattern, structure, self%most_entries, symbolic, error)
-      if (.not. allocated(error)) bytes = symbolic%bytes()
+      if (.not. allocated(error)) bytes = symbolic%bytes(of_entry=merge(single_bytes, real_bytes, self%rounded))
    end subroutine estimate
 
    ! Checks signs and sizes of the pivots.
@@ -123,7 +126,8 @@ contains
          end if
          if (allocated(error)) return
          self%factor_entries = self%symbolic%factor_entries
-         self%factor_bytes = int(real_bytes, long)*size(self%factors%lower, kind=long)
+         self%factor_bytes = int(merge(single_bytes, real_bytes, self%rounded), long)*(self%factors%offset(size( &
+            self%factors%offset)) - 1)
          self%null_pivots = 0
          self%negative_pivots = count(pivot < 0)
       end associate

@@ -74,6 +74,8 @@ contains
             solver%last => last
          type is (inertia_real_type)
             solver%last => last
+         type is (iterative_real_type)
+            solver%factors%last => last
          end select
       end subroutine set_in
    end subroutine set_last_analysis
@@ -117,7 +119,7 @@ contains
    end subroutine choose_inner_solvers
 
    ! Chooses the iterative solvers. Their tolerance is tighter than that of Ritz pairs, as the errors of many solves enter their
-   ! residuals. Single-precision factors prove no inertia, so eigenvalues are counted by a direct solver.
+   ! residuals. Eigenvalues are counted by proof alone, which needs no factors.
    subroutine choose_iterative(tolerance, processes, inner)
       real(wp), intent(in) :: tolerance
       type(processes_type), pointer, intent(in) :: processes
@@ -132,6 +134,7 @@ contains
       for_complex%tolerance = part_of_tolerance*tolerance
       for_complex%accuracy = rounding_of_sums
       for_complex%processes => processes
+      allocate (inner%counting, source=inertia_real_type(processes=processes, by_proof_alone=.true.))
       allocate (inner%real, source=for_real)
       allocate (inner%complex, source=for_complex)
    end subroutine choose_iterative

@@ -1,11 +1,11 @@
 !> Forward and backward substitution with supernodal factors L D L^T, for one right-hand side or a block of four; reads L once
 !> for each.
 module kschur_substitution
-   use, intrinsic :: iso_c_binding, only: c_double, c_int
+   use, intrinsic :: iso_c_binding, only: c_double, c_float, c_int
    use kschur_common_supernodes, only: common_supernodes_type
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_fronts, only: supernodal_factors_type
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: wp, single
    use kschur_lapack, only: dgemv
    use kschur_subtrees, only: subtrees_type
    use kschur_symbolic, only: symbolic_type
@@ -34,9 +34,43 @@ module kschur_substitution
          real(c_double), intent(inout) :: x(sides, columns)
          real(c_double), intent(in) :: rows(sides, below)
       end subroutine backward_sides
+
+      ! As these, with L in single precision: each entry becomes a double one where it is read.
+      pure subroutine forward_rounded_sides(sides, columns, below, lower, x, rows) bind(c, name="kschur_forward_rounded_sides")
+         import :: c_double, c_float, c_int
+         integer(c_int), value :: sides, columns, below
+         real(c_float), intent(in) :: lower(*)
+         real(c_double), intent(inout) :: x(sides, columns)
+         real(c_double), intent(out) :: rows(sides, below)
+      end subroutine forward_rounded_sides
+
+      pure subroutine backward_rounded_sides(sides, columns, below, lower, x, rows) bind(c, name="kschur_backward_rounded_sides")
+         import :: c_double, c_float, c_int
+         integer(c_int), value :: sides, columns, below
+         real(c_float), intent(in) :: lower(*)
+         real(c_double), intent(inout) :: x(sides, columns)
+         real(c_double), intent(in) :: rows(sides, below)
+      end subroutine backward_rounded_sides
+
+      pure subroutine forward_rounded_side(sides, columns, below, lower, x, rows) bind(c, name="kschur_forward_rounded_side")
+         import :: c_double, c_float, c_int
+         integer(c_int), value :: sides, columns, below
+         real(c_float), intent(in) :: lower(*)
+         real(c_double), intent(inout) :: x(sides, columns)
+         real(c_double), intent(out) :: rows(sides, below)
+      end subroutine forward_rounded_side
+
+      pure subroutine backward_rounded_side(sides, columns, below, lower, x, rows) bind(c, name="kschur_backward_rounded_side")
+         import :: c_double, c_float, c_int
+         integer(c_int), value :: sides, columns, below
+         real(c_float), intent(in) :: lower(*)
+         real(c_double), intent(inout) :: x(sides, columns)
+         real(c_double), intent(in) :: rows(sides, below)
+      end subroutine backward_rounded_side
    end interface
 
 #define SCALAR real(wp)
+#define ROUNDED real(single)
 #define LANES 4
 #define SOLVE_COMMON solve_common
 #include "kschur_substitution.inc"
@@ -75,6 +109,34 @@ module kschur_substitution
          end do
       end associate
    end subroutine solve_common
+
+   ! As `forward_one` or `forward_sides`, for any number of sides.
+   pure subroutine forward_rounded(sides, columns, below, lower, x, rows)
+      integer, intent(in) :: sides, columns, below
+      real(single), intent(in) :: lower(*)
+      real(wp), intent(inout) :: x(sides, columns)
+      real(wp), intent(out) :: rows(sides, below)
+
+      if (sides == 1) then
+         call forward_rounded_side(sides, columns, below, lower, x, rows)
+      else
+         call forward_rounded_sides(sides, columns, below, lower, x, rows)
+      end if
+   end subroutine forward_rounded
+
+   ! As `backward_one` or `backward_sides`, for any number of sides.
+   pure subroutine backward_rounded(sides, columns, below, lower, x, rows)
+      integer, intent(in) :: sides, columns, below
+      real(single), intent(in) :: lower(*)
+      real(wp), intent(inout) :: x(sides, columns)
+      real(wp), intent(in) :: rows(sides, below)
+
+      if (sides == 1) then
+         call backward_rounded_side(sides, columns, below, lower, x, rows)
+      else
+         call backward_rounded_sides(sides, columns, below, lower, x, rows)
+      end if
+   end subroutine backward_rounded
 
    ! x := T^{-1} x, rows := B x, T the triangle and B the block of a supernode.
    subroutine forward_one(columns, below, lower, x, rows)

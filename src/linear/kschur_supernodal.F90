@@ -17,6 +17,7 @@ module kschur_supernodal
    public :: eliminate
 
 #define SCALAR real(wp)
+#define ROUNDED real(single)
 #define MATRIX_TYPE csr_matrix_type
 #define ELIMINATE_COMMON eliminate_common
 #include "kschur_supernodal.inc"

@@ -192,15 +192,19 @@ contains
       if (self%start(s) < self%start(s + 1)) parent = self%supernode(self%row(self%start(s)))
    end function parent
 
-   pure real(wp) function factor_bytes(self, of_number) result(bytes)
+   pure real(wp) function factor_bytes(self, of_number, of_entry) result(bytes)
       class(symbolic_type), intent(in) :: self
       !> Bytes of a number; absent: of a real one.
       real(wp), intent(in), optional :: of_number
-      real(wp) :: entries, most_entries, number
+      !> Of an entry of L; absent: of a number.
+      real(wp), intent(in), optional :: of_entry
+      real(wp) :: entries, most_entries, number, entry
       integer :: s, columns, rows
 
       number = real_bytes
       if (present(of_number)) number = of_number
+      entry = number
+      if (present(of_entry)) entry = of_entry
       entries = 0
       most_entries = 0
       do s = 1, size(self%first) - 1
@@ -209,7 +213,7 @@ contains
          entries = entries + real(columns, wp)*((columns - 1)/2.0_wp + rows)
          most_entries = max(most_entries, real(columns, wp)*(columns + rows))
       end do
-      bytes = number*(entries + 2*most_entries + size(self%order)) + self%update_bytes(number) + &
+      bytes = entry*entries + number*(2*most_entries + size(self%order)) + self%update_bytes(number) + &
          integer_bytes*(real(size(self%row), wp) + 6*size(self%order))
    end function factor_bytes
 

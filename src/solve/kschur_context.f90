@@ -4,7 +4,7 @@ module kschur_context
    use kschur_effort, only: effort_type
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_eliminated_multipliers, only: expand_multipliers
-   use kschur_error, only: error_type, error_usage, new_error
+   use kschur_error, only: error_type, error_memory, error_usage, new_error
    use kschur_examination, only: examination_type
    use kschur_formulation, only: choose_formulation
    use kschur_solver_choice, only: choose_inner_solvers, inner_solvers_type
@@ -14,7 +14,7 @@ module kschur_context
    use kschur_memory, only: complex_bytes
    use kschur_memory_estimate, only: check_memory
    use kschur_monitor, only: ask_monitor, monitor_type
-   use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, inner_iterative
+   use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, inner_auto, inner_iterative
    use kschur_presolve, only: presolve_type
    use kschur_problem, only: modal_problem_type, refuse_loss
    use kschur_processes, only: processes_type
@@ -118,7 +118,8 @@ module kschur_context
 
 contains
 
-   !> Begins a solve: checks options and memory, and chooses solvers and formulation.
+   !> Begins a solve: checks options and memory, and chooses solvers and formulation. If only factors in single precision stay below
+   !> the limit of memory, chooses these.
    subroutine begin(s, problem, options, error, monitor, solvers, processes)
       type(solve_context_type), target, intent(out) :: s
       type(modal_problem_type), target, intent(in) :: problem
@@ -139,11 +140,14 @@ contains
       if (.not. allocated(error) .and. problem%unknowns() == 0) &
          call new_error(error, error_usage, "the problem has no matrices")
       if (.not. allocated(error)) call choose_inner_solvers(options, s%inner, error, solvers, s%processes)
-      if (.not. allocated(error)) call check_memory(problem, options, s%inner, error)
+      if (allocated(error)) return
+      s%options = settings_of(options)
+      call check_memory(problem, options, s%inner, error)
+      if (allocated(error) .and. options%inner == inner_auto .and. .not. (present(solvers) .or. allocated(problem%loss))) &
+         call choose_single_factors(s, problem, options, error)
       if (allocated(error)) return
       call s%inner%set_monitor(s%monitor)
       call s%inner%set_last_analysis(s%last_analysis)
-      s%options = settings_of(options)
       if (s%is_lossy()) call check_lossy(s, options, error)
       if (allocated(error)) return
       call choose_formulation(problem, s%options%formulation, s%formulation, s%decision, error, s%inner, s%effort)
@@ -152,6 +156,28 @@ contains
       s%dense = options%formulation == formulation_dense
       if (s%options%formulation /= options%formulation) s%decision = "it is the one that plain ARPACK iterates"
    end subroutine begin
+
+   ! Chooses factors in single precision if a solve with these stays below the limit of memory; clears the error then.
+   subroutine choose_single_factors(s, problem, options, error)
+      type(solve_context_type), intent(inout) :: s
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_options_type), intent(in) :: options
+      !> Says that the estimate with other factors exceeds it.
+      type(error_type), allocatable, intent(inout) :: error
+      type(modal_options_type) :: changed
+      type(error_type), allocatable :: failed
+
+      if (error%code /= error_memory) return
+      changed = options
+      changed%inner = inner_iterative
+      call choose_inner_solvers(changed, s%inner, failed, processes=s%processes)
+      if (.not. allocated(failed)) call check_memory(problem, changed, s%inner, failed)
+      if (allocated(failed)) return
+      deallocate (error)
+      s%options%inner = inner_iterative
+      call s%add_note("the factors are in single precision, as by estimate those in double precision exceed the limit of "// &
+         "memory; solutions are refined")
+   end subroutine choose_single_factors
 
    ! Fails on options that do not support a loss matrix, and mirrors the target to above the real axis.
    subroutine check_lossy(s, options, error)

@@ -6,6 +6,7 @@ module kschur_factoring
    use kschur_direct_solver, only: direct_real_type
    use kschur_effort, only: for_iteration
    use kschur_error, only: error_type, new_error, error_singular, error_usage
+   use kschur_iterative_real, only: iterative_real_type
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: complex_linear_solver_type, real_linear_solver_type
    use kschur_low_rank_transform, only: low_rank_transform_type, new_low_rank_transform
@@ -150,6 +151,8 @@ contains
       select type (solver)
       type is (direct_real_type)
          solver%last => s%last_analysis
+      type is (iterative_real_type)
+         solver%factors%last => s%last_analysis
       end select
    end subroutine take_real
 

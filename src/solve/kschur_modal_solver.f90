@@ -345,7 +345,7 @@ contains
          is_prepared_for = self%for_band .eqv. for_band
          is_prepared_for = is_prepared_for .and. o%formulation == options%formulation .and. o%method == options%method .and. &
             o%arpack == options%arpack .and. o%inner == options%inner .and. (o%presolve .eqv. options%presolve) .and. &
-            o%subspace == options%subspace .and. o%block == options%block .and. &
+            o%subspace == options%subspace .and. o%block == options%block .and. o%memory == options%memory .and. &
             (allocated(o%shift) .eqv. allocated(options%shift))
          if (.not. is_prepared_for .or. o%modes == options%modes) return
          ! No choice of the preparation depended on the number of modes, if both are few.

@@ -16,7 +16,7 @@ module kschur_shift
    use kschur_monitor, only: stopper_type
    use kschur_linear_solver, only: real_linear_solver_type
    use kschur_options, only: formulation_low_rank, formulation_proportional, formulation_quadratic, formulation_symmetric, &
-      inner_auto
+      inner_auto, inner_iterative
    use kschur_scaled_solver, only: scaled_real_type
    use kschur_scaling, only: constraint_factors, first_scale, typical_rate
    use kschur_text, only: magnitude
@@ -112,15 +112,15 @@ contains
 
    ! Whether the factors of the stiffness can serve an iteration at the shift zero: they are exact, not perturbed, and all rigid
    ! motions are deflated. With constraints only for symmetric operators: the others recover multipliers from solutions in which
-   ! reactions to what null pivots leave are large. Not for a dense solve, nor if the options name an inner solver, nor if earlier
+   ! reactions to what null pivots leave are large. Not for a dense solve, nor if the options name a direct solver, nor if earlier
    ! modes give the scale.
    pure logical function zero_may_serve(s)
       type(solve_context_type), intent(in) :: s
 
       zero_may_serve = allocated(s%known%stiffness) .and. s%known%deflation%not_deflated == 0 .and. &
-         s%options%inner == inner_auto .and. .not. (s%dense .or. allocated(s%last)) .and. any(s%formulation == &
-         [formulation_symmetric, formulation_proportional, formulation_quadratic, formulation_low_rank]) .and. &
-         .not. iterates_complex(s)
+         any(s%options%inner == [inner_auto, inner_iterative]) .and. .not. (s%dense .or. allocated(s%last)) .and. &
+         any(s%formulation == [formulation_symmetric, formulation_proportional, formulation_quadratic, formulation_low_rank]) &
+         .and. .not. iterates_complex(s)
       if (s%work%multipliers() > 0) zero_may_serve = zero_may_serve .and. &
          any(s%formulation == [formulation_symmetric, formulation_proportional])
       if (zero_may_serve) zero_may_serve = s%known%stiffness%exact

@@ -58,7 +58,8 @@ module kschur_options
    !> LDL^T without pivoting: symmetric matrices, definite except for multipliers, or complex ones with a numerical range in a half
    !> plane.
    integer, parameter, public :: inner_ldl = 2
-   !> Flexible GMRES, preconditioned by MUMPS in single precision: if double-precision factors exceed memory.
+   !> Flexible GMRES, preconditioned by factors in single precision, LDL^T where that fits, else MUMPS: if double-precision
+   !> factors exceed memory.
    integer, parameter, public :: inner_iterative = 3
    !> Names of the inner solvers, from `inner_auto` on.
    character(len=*), parameter, public :: inner_names(0:3) = [character(len=9) :: "auto", "mumps", "ldl", "iterative"]
@@ -129,7 +130,8 @@ module kschur_options
       integer :: seed = 1
       !> Number of threads; 0: the available cores, shared among concurrent solves.
       integer :: threads = 0
-      !> Memory limit (bytes): a solve with a larger estimate is refused before any factorisation; 0: no limit.
+      !> Memory limit (bytes): a solve with a larger estimate takes `inner_iterative` for `inner_auto` if that stays below, else it
+      !> is refused before any factorisation; 0: no limit.
       integer(long) :: memory = 0
       !> MPI communicator (`mpi_val` of an `MPI_Comm`) of the processes that call collectively, for a kschur built with MPI.
       !> Problem, options, monitor and result are those of its first process; errors reach all. Not allocated: one process.

@@ -1,7 +1,7 @@
 !> Thresholds that separate numbers from rounding errors, from zero and from each other. Each follows from a bound or a
 !> measurement, or is marked as chosen.
 module kschur_tolerances
-   use kschur_kinds, only: wp
+   use kschur_kinds, only: wp, single
    implicit none
    private
 
@@ -164,6 +164,8 @@ module kschur_tolerances
    !> Above all rounding, some hundred epsilon: backward errors of solutions that need refinement, squared singular values of
    !> scaled constraints (the rounding of C C^T is epsilon), deviations from alpha M + beta K.
    real(wp), parameter, public :: above_all_rounding = 1.0e-13_wp
+   !> Likewise for factors in single precision: in units of its epsilon the same.
+   real(wp), parameter, public :: above_all_single_rounding = above_all_rounding/epsilon(1.0_wp)*epsilon(1.0_single)
    !> Relative distance of a shift from an eigenvalue at which the matrix is singular: amplified rounding errors leave other
    !> vectors six digits.
    real(wp), parameter, public :: singular_shift = 1.0e-10_wp

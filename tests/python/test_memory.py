@@ -94,14 +94,16 @@ def walk(words, limits, folder, output=None, timed=False):
 
 
 def check_estimate(problem, folder, *words):
-    """What info says of a solve is 0.8 to 1.5 of what it takes; a limit below that is refused, with both numbers."""
+    """What info says of a solve is 0.8 to 1.5 of what it takes; a limit below that, and below that of factors in single
+    precision, is refused, with both numbers."""
     facts = json.loads(run(("info", problem, "--format", "json", *words))[1])["memory_bytes"]
     taken = json.loads(run(("solve", problem, "--format", "json", "--threads", "1", *words))[1])["peak_memory_bytes"]
     wrong = [] if 0.8 <= facts["total"]/taken <= 1.5 else [f"{facts['total']} bytes are told, {taken} taken"]
     megabytes = facts["total"]//10**6
-    status, out, errors = run(("solve", problem, *words, "--output", folder/"refused.h5", "--memory", f"{megabytes}M"))
+    least = facts.get("in_single_precision", facts["total"])//10**6
+    status, out, errors = run(("solve", problem, *words, "--output", folder/"refused.h5", "--memory", f"{least}M"))
     expected = f"kschur: the solve is estimated to take {megabytes + 1} MB, and the limit of memory is "
-    expected += f"{megabytes} MB: raise it, or ask for fewer modes\n"
+    expected += f"{least} MB: raise it, or ask for fewer modes\n"
     if (status, out, errors) != (4, "", expected) or (folder/"refused.h5").exists():
         wrong.append(f"below the estimate: {status} {errors}")
     if run(("solve", problem, *words, "--memory", f"{megabytes + 1}M"))[0] != 0:
@@ -110,6 +112,30 @@ def check_estimate(problem, folder, *words):
           f"{facts['total']/taken:.2f} of {taken/1e6:.0f} MB")
     if wrong:
         failures.append(("estimate", problem, *words))
+
+
+def check_single(problem, *words):
+    """Between the estimates factors in single precision are taken, said so: less memory, the same modes as sure."""
+    facts = json.loads(run(("info", problem, "--format", "json", *words))[1])["memory_bytes"]
+    limit = (facts["in_single_precision"] + facts["total"])//2
+    double, single = (json.loads(run(("solve", problem, "--format", "json", "--threads", "1", *words, *more))[1])
+                      for more in ((), ("--memory", str(limit))))
+    wrong = []
+    if not 0.8 <= facts["in_single_precision"]/single["peak_memory_bytes"] <= 1.5:
+        wrong.append(f"{facts['in_single_precision']} bytes are told, {single['peak_memory_bytes']} taken")
+    if single["peak_memory_bytes"] >= double["peak_memory_bytes"] or 2*single["factor_memory_bytes"] != double["factor_memory_bytes"]:
+        wrong.append("no less memory")
+    values = [[complex(*mode["eigenvalue"]) for mode in result["modes"]] for result in (double, single)]
+    if len(values[0]) != len(values[1]) or any(abs(a - b) > 1e-12*abs(a) for a, b in zip(*values)):
+        wrong.append("other modes")
+    if any(mode["backward_error"] > 1e-12 for mode in single["modes"]) or not single["certified"] or not double["certified"]:
+        wrong.append("not as sure")
+    if "the factors are in single precision" not in run(("solve", problem, *words, "--memory", str(limit)))[1]:
+        wrong.append("not said")
+    print(("FAILS " if wrong else "ok    ") + f"single precision of {problem.name} {' '.join(words)}:", *wrong,
+          f"{single['peak_memory_bytes']/1e6:.0f} of {double['peak_memory_bytes']/1e6:.0f} MB")
+    if wrong:
+        failures.append(("single", problem, *words))
 
 
 def solve(problem, *words):
@@ -128,6 +154,11 @@ def main():
             check_estimate(grid, folder, *words)
             check_estimate(crank, folder, *words)
         check_estimate(grid, folder, "--modes", "50")
+        block = folder/"block.h5"
+        if run(("scene", "block", "--cells", "16", "--output", block))[0] != 0:
+            sys.exit("no scene block")
+        check_estimate(block, folder)
+        check_single(block)
         # Long lists, and bases of low rank.
         for cells, dashpots, modes in (("30x21", "0", "300"), ("30x21", "4", "100"), ("60x42", "4", "10")):
             large = folder/f"grid_{cells}_{dashpots}.h5"
