@@ -53,6 +53,7 @@ contains
          if (error%code /= error_singular) return
          ! In single precision null pivots may end a factorization: nothing is proved.
          deallocate (error)
+         semidefinite = seems_definite
          return
       end if
       if (present(effort)) call effort%add_factors(solver, for_mass)
@@ -64,7 +65,10 @@ contains
          if (present(effort)) call effort%add_factors(solver, for_mass)
       end if
       semidefinite = solver%negative_pivots == 0
-      if (solver%negative_pivots < 0) return
+      if (solver%negative_pivots < 0) then
+         semidefinite = seems_definite
+         return
+      end if
       nullity = solver%null_pivots
    end subroutine examine_mass
 

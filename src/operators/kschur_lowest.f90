@@ -63,7 +63,7 @@ contains
       allocate (frequencies, source=1/sqrt(pack(abs(mu), abs(mu) > tiny(1.0_wp))))
    end subroutine find_lowest_frequencies
 
-   !> Estimates the lowest frequency of the undamped problem from above, by two steps of the power method.
+   !> Estimates the lowest frequency of the undamped problem, mostly from above, by two steps of the power method.
    subroutine estimate_lowest_frequency(problem, examination, seed, frequency, effort, error)
       type(modal_problem_type), target, intent(in) :: problem
       !> Its rigid motions and factored stiffness.

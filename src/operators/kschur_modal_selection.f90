@@ -74,10 +74,10 @@ contains
       if (abs(self%map%beta) > 0) then
          if (abs(cmplx(1, self%map%loss, wp)/self%map%beta + self%target) <= radius) return
       end if
-      radius = radius - max(negligible_change*radius, equal_value*maxval(abs(self%lambdas_of(last))))
+      radius = radius - max(negligible_change*radius, equal_value*(radius + abs(self%target)))
       seen = self%target + radius*directions_around()
       do i = 1, size(values)
-         seen = [seen, self%lambdas_of(values(i))]
+         if (abs(values(i)) > tiny(1.0_wp)) seen = [seen, self%lambdas_of(values(i))]
       end do
       points = self%target + radius*(seen - self%target)/max(abs(seen - self%target), tiny(1.0_wp))
       ! Half of the real axis within the circle.

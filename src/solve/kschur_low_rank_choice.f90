@@ -5,7 +5,8 @@ module kschur_low_rank_choice
    use kschur_error, only: error_type
    use kschur_kinds, only: wp, long
    use kschur_local_forces, only: local_forces_type, new_local_forces
-   use kschur_options, only: formulation_auto, formulation_low_rank, formulation_quadratic, method_krylov_schur
+   use kschur_options, only: formulation_auto, formulation_low_rank, formulation_quadratic, inner_iterative, &
+      method_krylov_schur
    use kschur_text, only: text
    implicit none
    private
@@ -14,12 +15,13 @@ module kschur_low_rank_choice
 contains
 
    !> Replaces an automatically chosen low-rank form by the quadratic one if the method or the subspace option excludes it, or if no
-   !> solver computes the inertias for its eigenvalue count.
+   !> solver is sure to compute the inertias for its eigenvalue count.
    subroutine settle_low_rank(s)
       type(solve_context_type), intent(inout) :: s
 
       if (s%options%formulation /= formulation_auto .or. s%formulation /= formulation_low_rank) return
-      if (s%options%method /= method_krylov_schur .or. s%options%subspace > 0 .or. .not. allocated(s%inner%counting)) &
+      if (s%options%method /= method_krylov_schur .or. s%options%subspace > 0 .or. s%options%inner == inner_iterative .or. &
+         .not. allocated(s%inner%counting)) &
          call leave_low_rank(s, trim(merge("damping and losses are", "the damping is        ", s%is_lossy()))// &
          " not a combination of mass and stiffness")
    end subroutine settle_low_rank

@@ -347,6 +347,8 @@ contains
             o%arpack == options%arpack .and. o%inner == options%inner .and. (o%presolve .eqv. options%presolve) .and. &
             o%subspace == options%subspace .and. o%block == options%block .and. o%memory == options%memory .and. &
             (allocated(o%shift) .eqv. allocated(options%shift))
+         ! The limit of memory may have chosen the inner solver for the options of before.
+         is_prepared_for = is_prepared_for .and. s%options%inner == options%inner
          if (.not. is_prepared_for .or. o%modes == options%modes) return
          ! No choice of the preparation depended on the number of modes, if both are few.
          most_modes = max(o%modes, options%modes)
