@@ -390,8 +390,8 @@ contains
       end do
       call orthonormalize(basis, n, x, state)
       ! Removes the effect of E. Orthonormalizes after each step, as the first amplifies rounding along one null vector.
+      allocate (no_force(size(x, 1), size(x, 2)), source=0.0_wp)
       do i = 1, refinements
-         no_force = 0*x
          if (i == 1) then
             call correct(space, transposed, no_force, x, error)
          else
@@ -400,9 +400,9 @@ contains
          if (allocated(error)) return
          call orthonormalize(basis, n, x)
       end do
-      forces = product_of(space%matrix, transposed, x)
+      allocate (forces, source=product_of(space%matrix, transposed, x))
       ! Drops columns with a large force, whose rounding would hide the forces of others.
-      nearly_null = pack([(j, j=1, size(x, 2))], norm2(forces, 1) < sqrt(real(n, wp)))
+      allocate (nearly_null, source=pack([(j, j=1, size(x, 2))], norm2(forces, 1) < sqrt(real(n, wp))))
       if (size(nearly_null) == 0) return
       x = x(:, nearly_null)
       ! The combinations with the smallest forces are the last right singular vectors.
