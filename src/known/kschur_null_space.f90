@@ -390,8 +390,10 @@ contains
       end do
       call orthonormalize(basis, n, x, state)
       ! Removes the effect of E. Orthonormalizes after each step, as the first amplifies rounding along one null vector.
-      allocate (no_force(size(x, 1), size(x, 2)), source=0.0_wp)
       do i = 1, refinements
+         ! Orthonormalization drops columns that depend on others.
+         if (allocated(no_force)) deallocate (no_force)
+         allocate (no_force(size(x, 1), size(x, 2)), source=0.0_wp)
          if (i == 1) then
             call correct(space, transposed, no_force, x, error)
          else
