@@ -20,7 +20,7 @@ module kschur_examination
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
    use kschur_staircase, only: find_root_space, most_null_vectors, root_space_type
-   use kschur_tolerances, only: cancelled, root_epsilon, rounding_of_row
+   use kschur_tolerances, only: cancelled, least_of_mass, root_epsilon, rounding_of_row
    implicit none
    private
    public :: examination_type, find_rigid_motions, assume_no_rigid_motions
@@ -275,7 +275,7 @@ contains
          ! With losses the chains of infinity are complex.
          if (lossy .or. count(.not. problem%mass%row_maxima() > 0) > max(most_massless, modes)) return
          deflation%infinite_is_known = problem%symmetric .or. problem%mass%is_symmetric()
-         if (deflation%infinite_is_known) deflation%infinite_is_known = is_definite(problem%mass)
+         if (deflation%infinite_is_known) deflation%infinite_is_known = is_definite(problem%mass, least_of_mass)
          if (deflation%infinite_is_known) return
          call find_null_space(massless, problem, problem%mass, inner, for_mass, effort, error)
          if (allocated(error)) return

@@ -6,6 +6,7 @@ module kschur_mass
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_magnitudes, only: add_magnitudes
+   use kschur_mass_components, only: one_component
    use kschur_random, only: random_vector
    use kschur_sparse, only: csr_matrix_type
    use kschur_tolerances, only: cancelled, improbable, least_of_mass
@@ -40,7 +41,7 @@ contains
       nullity = count(.not. mass%row_maxima() > 0)
       semidefinite = mass%is_zero()
       if (semidefinite) return
-      call bound_smallest_eigenvalue(mass, semidefinite, seems_definite, poor)
+      call bound_smallest_eigenvalue(mass, least_of_mass, semidefinite, seems_definite, poor)
       if (semidefinite) return
       if (.not. allocated(inner%counting)) then
          semidefinite = seems_definite
@@ -72,23 +73,41 @@ contains
       nullity = solver%null_pivots
    end subroutine examine_mass
 
-   !> Whether a symmetric matrix is proved positive definite by diagonal dominance or by the Lanczos bound; false: not known.
-   logical function is_definite(matrix)
+   !> Whether a symmetric matrix, scaled to unit diagonal, is proved to have no eigenvalue below a positive number, by diagonal
+   !> dominance or by the Lanczos bound; false: not known.
+   logical function is_definite(matrix, least)
       type(csr_matrix_type), intent(in) :: matrix
+      real(wp), intent(in) :: least
       logical :: seems_definite, poor
 
-      is_definite = is_dominant(matrix)
+      is_definite = is_dominant(matrix, least)
       if (is_definite .or. .not. all(matrix%row_maxima() > 0)) return
-      call bound_smallest_eigenvalue(matrix, is_definite, seems_definite, poor)
+      call bound_smallest_eigenvalue(matrix, least, is_definite, seems_definite, poor)
    end function is_definite
+
+   ! Bounds the smallest eigenvalue of M, or of the block that M repeats in each direction.
+   subroutine bound_smallest_eigenvalue(mass, least, proved, seems_definite, poor)
+      type(csr_matrix_type), intent(in) :: mass
+      real(wp), intent(in) :: least
+      logical, intent(out) :: proved, seems_definite, poor
+      type(csr_matrix_type) :: component
+
+      component = one_component(mass)
+      if (component%rows > 0) then
+         call bound_by_lanczos(component, least, proved, seems_definite, poor)
+      else
+         call bound_by_lanczos(mass, least, proved, seems_definite, poor)
+      end if
+   end subroutine bound_smallest_eigenvalue
 
    ! Bounds the smallest eigenvalue of M, on the unknowns that have mass and scaled to unit diagonal, by k Lanczos steps from a
    ! random vector: the smallest Ritz value exceeds it by more than epsilon times the spread of the spectrum with a probability of
    ! at most 1.648 sqrt(n) exp(-(2 k - 1) sqrt(epsilon)) (Kuczynski, Wozniakowski, SIAM J. Matrix Anal. Appl. 13 (1992), theorem
    ! 4.1). Masses of finite elements have it far from zero (Wathen, IMA J. Numer. Anal. 7 (1987)), so that few steps suffice.
-   subroutine bound_smallest_eigenvalue(mass, proved, seems_definite, poor)
+   subroutine bound_by_lanczos(mass, least, proved, seems_definite, poor)
       type(csr_matrix_type), intent(in) :: mass
-      !> Whether it is positive, up to a probability of `improbable`.
+      real(wp), intent(in) :: least
+      !> Whether it is above `least`, up to a probability of `improbable`.
       logical, intent(out) :: proved
       !> Whether no Ritz value is below `least_of_mass`.
       logical, intent(out) :: seems_definite
@@ -113,7 +132,7 @@ contains
       call add_magnitudes(mass, reshape(scaling, [mass%rows, 1]), y)
       spread_bound = maxval(scaling*y(:, 1))
       needed = log(1.648_wp*sqrt(real(count(scaling > 0), wp))/improbable)
-      provable = spread_bound*(needed/(2*most_steps - 1))**2
+      provable = least + spread_bound*(needed/(2*most_steps - 1))**2
       state = 1
       call random_vector(state, x)
       where (.not. scaling > 0) x = 0
@@ -124,7 +143,7 @@ contains
          call mass%add_product(1.0_wp, reshape(scaling*x, [mass%rows, 1]), y)
          y(:, 1) = scaling*y(:, 1) - beta(k - 1)*previous
          alpha(k) = dot_product(x, y(:, 1))
-         proved = ritz_values_exceed(spread_bound*min(1.0_wp, (needed/(2*k - 1))**2), k)
+         proved = ritz_values_exceed(least + spread_bound*min(1.0_wp, (needed/(2*k - 1))**2), k)
          seems_definite = ritz_values_exceed(least_of_mass, k)
          poor = .not. (seems_definite .and. ritz_values_exceed(provable, k))
          if (proved .or. .not. seems_definite) return
@@ -154,17 +173,18 @@ contains
             if (.not. ritz_values_exceed) return
          end do
       end function ritz_values_exceed
-   end subroutine bound_smallest_eigenvalue
+   end subroutine bound_by_lanczos
 
-   ! Whether the matrix is strictly diagonally dominant with a positive diagonal: a symmetric one is positive definite then
-   ! (Gershgorin).
-   pure logical function is_dominant(matrix)
+   ! Whether a symmetric matrix with a positive diagonal is so dominated by it that scaled to unit diagonal it has no eigenvalue
+   ! below `least` (Gershgorin).
+   pure logical function is_dominant(matrix, least)
       type(csr_matrix_type), intent(in) :: matrix
+      real(wp), intent(in) :: least
       real(wp) :: diagonal(matrix%rows), sums(matrix%rows, 1)
 
       diagonal = matrix%diagonal()
       sums = 0
       call add_magnitudes(matrix, spread(spread(1.0_wp, 1, matrix%rows), 2, 1), sums)
-      is_dominant = all(2*diagonal - sums(:, 1) > least_of_mass*diagonal .and. diagonal > 0)
+      is_dominant = all(2*diagonal - sums(:, 1) > least*diagonal .and. diagonal > 0)
    end function is_dominant
 end module kschur_mass

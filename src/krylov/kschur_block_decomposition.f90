@@ -47,6 +47,10 @@ module kschur_block_decomposition
       !> than their B-norm.
       logical :: cautious = .false.
       integer(long) :: random_state = 0
+      !> The first columns of V times this are C^f X, X random. Empty: these are not in the basis.
+      real(wp), allocatable :: start(:, :)
+      !> f
+      integer :: filter = 0
       !> B W, without the last orthogonalisation of W.
       real(wp), allocatable :: images(:, :)
       !> Whether the operator takes distributed vectors; the processes that share them, and their sums.
@@ -79,6 +83,8 @@ contains
       call archive%carry(self%metric_scale)
       call archive%carry(self%longest)
       call archive%carry(self%random_state)
+      call archive%carry(self%start)
+      call archive%carry(self%filter)
    end subroutine carry
 
    pure logical function closed(self)
@@ -121,6 +127,7 @@ contains
       if (allocated(d%couplings)) couplings(:size(d%couplings, 1), :size(d%couplings, 2)) = d%couplings
       call move_alloc(couplings, d%couplings)
       if (.not. allocated(d%images)) allocate (d%images(d%team%rows(length), 0))
+      if (.not. allocated(d%start)) allocate (d%start(0, 0))
    end subroutine make_room
 
    !> Discards all but the first `vectors` vectors.

@@ -75,7 +75,7 @@ contains
       integer, intent(in) :: directions, filter
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: x(:, :), y(:, :)
+      real(wp), allocatable :: x(:, :), y(:, :), start(:, :)
       real(wp) :: coefficients(d%basis%room(), directions)
       integer :: before, i, j
 
@@ -85,6 +85,7 @@ contains
          call d%team%draw(d%random_state, x(:, j))
       end do
       call add_directions(operator, d, x, coefficients, statistics, error)
+      start = coefficients(:d%vectors, :)
       do i = 1, filter
          if (allocated(error) .or. d%vectors == before) return
          allocate (y(size(x, 1), d%vectors - before))
@@ -94,8 +95,12 @@ contains
          call drop_last(d, before)
          coefficients = 0
          call orthonormalize(operator, d, y, d%scale, rounding_of_sums, coefficients(:, :size(y, 2)), statistics, error)
+         if (before == 0) start = matmul(coefficients(:d%vectors, :size(y, 2)), start)
          deallocate (y)
       end do
+      if (before > 0) return
+      call move_alloc(start, d%start)
+      d%filter = filter
    end subroutine add_random_here
 
    !> A block Lanczos step: applies C to the residual block, as far as columns are allocated, and appends the orthonormalised

@@ -2,6 +2,7 @@
 module kschur_census
    use kschur_archive, only: archive_type
    use kschur_kinds, only: wp
+   use kschur_random_start, only: random_start_type
    implicit none
    private
    public :: census_type
@@ -16,8 +17,8 @@ module kschur_census
    end type census_type
 
    abstract interface
-      subroutine examine_interface(self, values, residuals, wanted, complete)
-         import :: census_type, wp
+      subroutine examine_interface(self, values, residuals, wanted, complete, seen)
+         import :: census_type, random_start_type, wp
          class(census_type), intent(inout) :: self
          !> Ritz values, most wanted first; not all of them need have converged.
          real(wp), intent(in) :: values(:)
@@ -27,6 +28,8 @@ module kschur_census
          integer, intent(in) :: wanted
          !> Whether it is certain that no wanted one is missing.
          logical, intent(out) :: complete
+         !> What the iteration tells of its random start vectors; absent or without values: nothing.
+         type(random_start_type), optional, intent(in) :: seen
       end subroutine examine_interface
 
       subroutine carry_interface(self, archive)

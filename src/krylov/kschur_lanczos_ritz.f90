@@ -139,6 +139,7 @@ contains
       integer(long) :: started
 
       started = clock()
+      d%start = d%start(:0, :0)
       keep = size(chosen)
       width = merge(0, d%vectors - d%expanded, ritz%settled)
       allocate (outward, source=d%outward())

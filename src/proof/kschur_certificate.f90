@@ -13,12 +13,15 @@ module kschur_certificate
    use kschur_inertia, only: counting_matrix, negative_directions
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: linear_solver_type, matrix_structure_type, real_linear_solver_type
+   use kschur_mass, only: is_definite
    use kschur_outcome, only: certified_no, certified_unknown, certified_yes
    use kschur_problem, only: modal_problem_type
+   use kschur_random_start, only: random_start_type
    use kschur_row_problem, only: row_problem_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_tolerances, only: known_well, no_correct_digits, nearly_zero, same_frequency, same_value
+   use kschur_tolerances, only: improbable, known_well, no_correct_digits, nearly_zero, same_frequency, same_value, &
+      usual_least_of_mass
    implicit none
    private
    public :: certificate_type, indistinct, inertia_census_type, new_inertia_census
@@ -57,6 +60,7 @@ module kschur_certificate
       integer, private :: expected = 0
       ! Distance of the furthest wanted value at that time.
       real(wp), private :: wanted_reach = 0
+      type(random_start_type), private :: seen
    contains
       procedure :: examine
       procedure :: carry
@@ -67,6 +71,7 @@ module kschur_certificate
       procedure, private :: theta_at
       procedure, private :: end_of_interval
       procedure, private :: converged_below
+      procedure, private :: is_complete_below
       procedure, private :: negative_at
    end type inertia_census_type
 
@@ -130,14 +135,18 @@ contains
    !> Compares the number of wanted and converged values with a count of eigenvalues: the last count if that reaches as far, and a
    !> new one if that does not, or disagrees. An incomplete set may still contain the nearest ones, if the missing ones lie between
    !> its furthest value and the end of the interval: if the same set is examined again, the interval ends at its furthest value.
-   subroutine examine(self, values, residuals, wanted, complete)
+   subroutine examine(self, values, residuals, wanted, complete, seen)
       class(inertia_census_type), intent(inout) :: self
       real(wp), intent(in) :: values(:), residuals(:)
       integer, intent(in) :: wanted
       logical, intent(out) :: complete
+      type(random_start_type), optional, intent(in) :: seen
+      type(random_start_type) :: nothing
       real(wp) :: reach, slack
 
       complete = .false.
+      self%seen = nothing
+      if (present(seen)) self%seen = seen
       if (self%given_up .or. wanted == 0 .or. wanted > size(values)) return
       ! The reach is at least the accuracy of computed zeros.
       reach = max(self%within, maxval(self%distance_of(values(:wanted))), nearly_zero*sqrt(abs(self%shift)))
@@ -277,8 +286,32 @@ contains
       if (.not. end_value > 0) end_value = near_gap(side*values, residuals, last)
       if (.not. end_value > 0) end_value = (1 + same_frequency)*last
       theta = self%shift + side/end_value
-      negative = self%negative_at(theta, merge(self%converged_below(theta, values, residuals), 0, side > 0))
+      if (side < 0) then
+         negative = self%negative_at(theta, 0)
+      else
+         negative = self%converged_below(theta, values, residuals)
+         if (.not. self%is_complete_below(theta)) negative = self%negative_at(theta, negative)
+      end if
    end subroutine end_of_interval
+
+   ! Whether the random start of the iteration proves, up to a probability of `improbable`, that no eigenvalue between the shift and
+   ! theta is missing. That says nothing of those below the shift, nor of rigid motions.
+   logical function is_complete_below(self, theta)
+      class(inertia_census_type), intent(in) :: self
+      real(wp), intent(in) :: theta
+      type(error_type), allocatable :: error
+
+      is_complete_below = .false.
+      if (.not. allocated(self%seen%values) .or. self%negative_at_shift > 0 .or. self%zeros > 0) return
+      if (associated(self%matrices)) call self%matrices%hold_undamped(error)
+      if (.not. allocated(error)) then
+         associate (mass => self%problem%mass)
+            if (is_definite(mass, usual_least_of_mass)) is_complete_below = self%seen%chance_of_missing(1/(theta - self%shift), &
+               same_value, usual_least_of_mass*minval(mass%diagonal())) <= improbable
+         end associate
+      end if
+      if (associated(self%matrices)) call self%matrices%put_away()
+   end function is_complete_below
 
    ! Lower bound of the number of eigenvalues below a theta above the shift: converged Ritz values are eigenvalues.
    integer function converged_below(self, theta, values, residuals) result(number)

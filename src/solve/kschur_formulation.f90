@@ -12,6 +12,7 @@ module kschur_formulation
    use kschur_pencil, only: check_fit
    use kschur_problem, only: modal_problem_type, damping_general, damping_none
    use kschur_sparse, only: csr_matrix_type
+   use kschur_tolerances, only: least_of_mass
    implicit none
    private
    public :: choose_formulation, is_structured, likely_formulation
@@ -114,7 +115,7 @@ contains
       type(modal_problem_type), intent(in) :: problem
 
       seem_swapped = all(problem%mass%diagonal() >= 0)
-      if (seem_swapped) seem_swapped = is_definite(problem%stiffness)
+      if (seem_swapped) seem_swapped = is_definite(problem%stiffness, least_of_mass)
    end function seem_swapped
 
    ! Why the formulation of a symmetric problem with a loss matrix was chosen, in words.
