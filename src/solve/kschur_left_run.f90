@@ -89,7 +89,8 @@ contains
       iterated = allocated(s%transform)
       if (iterated) then
          call transpose_transform(s, adjoint, error)
-         if (.not. allocated(error)) call find_modes(adjoint, found, error)
+         ! The eigenvalues are known from the modes, and vectors that are too inaccurate are polished with them.
+         if (.not. allocated(error)) call find_modes(adjoint, found, error, refines=.false.)
          call take_cancelled(error, cancelled)
          if (allocated(error)) then
             if (all(error%code /= [error_singular, error_convergence])) return

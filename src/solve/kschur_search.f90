@@ -31,14 +31,18 @@ contains
    !> Computes the wanted modes of the problem as given: iterates on the current transform, and at other shifts if eigenvalues are
    !> known to be missing, polishes and refines the modes, and judges them. Sets why the search ended, and whether a count
    !> certifies them.
-   subroutine find_modes(s, modes, error)
+   subroutine find_modes(s, modes, error, refines)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(out) :: modes
       type(error_type), allocatable, intent(out) :: error
+      !> Whether modes of small problems are refined. Absent: they are.
+      logical, optional, intent(in) :: refines
       ! Whether the iteration is certain to have no more modes.
-      logical :: complete
+      logical :: complete, refined
       integer, allocatable :: order(:)
 
+      refined = .not. s%options%is_plain()
+      if (present(refines)) refined = refined .and. refines
       modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
       call search_here(s, modes, complete, error)
       if (allocated(error)) return
@@ -49,7 +53,7 @@ contains
             modes%found < s%known%total%number) call search_elsewhere(s, modes, error)
          if (allocated(error)) return
       end if
-      if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled)) call refine_modes(s, modes, error)
+      if (refined .and. modes%reason /= reason_cancelled) call refine_modes(s, modes, error)
       if (.not. allocated(error)) call expand_modes(s, modes, error)
       if (allocated(error)) return
       if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled .or. are_good(s, modes))) then
