@@ -26,14 +26,14 @@ module kschur_random_start
 
 contains
 
-   !> Bounds the probability that more eigenvalues than Ritz values lie above a border. Let m - 1 Ritz values be near the one that
-   !> is missing. Of the first set of m consecutive eigenvalues that is not found as a whole, which begins at one of the k first,
-   !> m rows x^T B X are dependent but for sqrt(m) times the length of u^T B X: one is so near to the span of the others, in the p -
-   !> m + 1 dimensions that these leave of p. Each row is as good as normally distributed, independent of the others with a
-   !> variance of at least b/3, b the smallest eigenvalue of B.
+   !> Bounds the probability that more eigenvalues than Ritz values lie above a border, or any below its negative. Let m - 1 Ritz
+   !> values be near the one that is missing. Of the first set of m consecutive eigenvalues that is not found as a whole, which
+   !> begins at one of the k first, m rows x^T B X are dependent but for sqrt(m) times the length of u^T B X: one is so near to the
+   !> span of the others, in the p - m + 1 dimensions that these leave of p. Each row is as good as normally distributed,
+   !> independent of the others with a variance of at least b/3, b the smallest eigenvalue of B.
    pure real(wp) function chance_of_missing(self, border, separation, least) result(chance)
       class(random_start_type), intent(in) :: self
-      !> Positive; Ritz values above it have converged. Near a Ritz value nothing is known.
+      !> Positive; Ritz values above it have converged. Near a Ritz value, or with one below its negative, nothing is known.
       real(wp), intent(in) :: border
       !> Distance of eigenvalues, relative to them, from which on they are not near.
       real(wp), intent(in) :: separation
@@ -45,7 +45,7 @@ contains
       integer :: c, i
 
       chance = 1
-      if (any(abs(self%values - border) <= separation*border)) return
+      if (any(abs(self%values - border) <= separation*border .or. self%values < -border)) return
       order = ascending_order(self%values)
       order = pack(order, self%values(order) > border)
       allocate (cluster(size(order)), source=1)
@@ -87,8 +87,8 @@ contains
       end function chance_of
    end function chance_of_missing
 
-   ! Bounds the part of the start vectors along Ritz vectors below the border, for any eigenvalue above it: it is largest for those
-   ! next to it.
+   ! Bounds the part of the start vectors along Ritz vectors below the border, for any eigenvalue above it or below its negative: it
+   ! is largest for those next to these.
    pure real(wp) function beyond_border(self, border)
       type(random_start_type), intent(in) :: self
       real(wp), intent(in) :: border
@@ -97,9 +97,10 @@ contains
       integer :: i, j, k
 
       beyond_border = 0
-      do i = 0, samples
+      do i = -samples, samples
          mu = border
          if (i > 0) mu = border + (maxval(self%values) - border)*4.0_wp**(i - samples)
+         if (i < 0) mu = -border*4.0_wp**(-1 - i)
          part = 0
          do j = 1, size(self%values)
             if (self%values(j) > border) cycle

@@ -295,14 +295,14 @@ contains
    end subroutine end_of_interval
 
    ! Whether the random start of the iteration proves, up to a probability of `improbable`, that no eigenvalue between the shift and
-   ! theta is missing. That says nothing of those below the shift, nor of rigid motions.
+   ! theta is missing, nor one as far below the shift. Rigid motions are deflated: that says nothing of these.
    logical function is_complete_below(self, theta)
       class(inertia_census_type), intent(in) :: self
       real(wp), intent(in) :: theta
       type(error_type), allocatable :: error
 
       is_complete_below = .false.
-      if (.not. allocated(self%seen%values) .or. self%negative_at_shift > 0 .or. self%zeros > 0) return
+      if (.not. allocated(self%seen%values) .or. self%negative_at_shift > 0) return
       if (associated(self%matrices)) call self%matrices%hold_undamped(error)
       if (.not. allocated(error)) then
          associate (mass => self%problem%mass)
