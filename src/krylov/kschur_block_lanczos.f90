@@ -98,7 +98,7 @@ contains
          if (before == 0) start = matmul(coefficients(:d%vectors, :size(y, 2)), start)
          deallocate (y)
       end do
-      if (before > 0) return
+      if (before > 0 .or. d%vectors < directions) return
       call move_alloc(start, d%start)
       d%filter = filter
    end subroutine add_random_here

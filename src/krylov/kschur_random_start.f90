@@ -93,10 +93,12 @@ contains
       type(random_start_type), intent(in) :: self
       real(wp), intent(in) :: border
       integer, parameter :: samples = 12
-      real(wp) :: mu, part(size(self%first, 1), size(self%last, 1))
+      real(wp), allocatable :: part(:, :)
+      real(wp) :: mu
       integer :: i, j, k
 
       beyond_border = 0
+      allocate (part(size(self%first, 1), size(self%last, 1)))
       do i = -samples, samples
          mu = border
          if (i > 0) mu = border + (maxval(self%values) - border)*4.0_wp**(i - samples)

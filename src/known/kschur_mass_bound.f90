@@ -1,0 +1,131 @@
+!> Lower bounds of the smallest eigenvalue of a symmetric matrix, by some dozens of products.
+module kschur_mass_bound
+   use kschur_kinds, only: long, wp
+   use kschur_magnitudes, only: add_magnitudes
+   use kschur_mass_components, only: one_component
+   use kschur_random, only: random_vector
+   use kschur_sparse, only: csr_matrix_type
+   use kschur_tolerances, only: cancelled, improbable, least_of_mass
+   implicit none
+   private
+   public :: bound_smallest_eigenvalue, is_definite
+
+contains
+
+   !> Whether a symmetric matrix, scaled to unit diagonal, is proved to have no eigenvalue below a positive number, by diagonal
+   !> dominance or by the Lanczos bound; false: not known.
+   logical function is_definite(matrix, least)
+      type(csr_matrix_type), intent(in) :: matrix
+      real(wp), intent(in) :: least
+      logical :: seems_definite, poor
+
+      is_definite = is_dominant(matrix, least)
+      if (is_definite .or. .not. all(matrix%row_maxima() > 0)) return
+      call bound_smallest_eigenvalue(matrix, least, is_definite, seems_definite, poor)
+   end function is_definite
+
+   !> Bounds the smallest eigenvalue of M, on the unknowns that have mass and scaled to unit diagonal, or of the block that M
+   !> repeats in each direction.
+   subroutine bound_smallest_eigenvalue(mass, least, proved, seems_definite, poor)
+      type(csr_matrix_type), intent(in) :: mass
+      real(wp), intent(in) :: least
+      !> As of `bound_by_lanczos`.
+      logical, intent(out) :: proved, seems_definite, poor
+      type(csr_matrix_type) :: component
+
+      component = one_component(mass)
+      if (component%rows > 0) then
+         call bound_by_lanczos(component, least, proved, seems_definite, poor)
+      else
+         call bound_by_lanczos(mass, least, proved, seems_definite, poor)
+      end if
+   end subroutine bound_smallest_eigenvalue
+
+   ! Bounds the smallest eigenvalue of M, on the unknowns that have mass and scaled to unit diagonal, by k Lanczos steps from a
+   ! random vector: the smallest Ritz value exceeds it by more than epsilon times the spread of the spectrum with a probability of
+   ! at most 1.648 sqrt(n) exp(-(2 k - 1) sqrt(epsilon)) (Kuczynski, Wozniakowski, SIAM J. Matrix Anal. Appl. 13 (1992), theorem
+   ! 4.1). Masses of finite elements have it far from zero (Wathen, IMA J. Numer. Anal. 7 (1987)), so that few steps suffice.
+   subroutine bound_by_lanczos(mass, least, proved, seems_definite, poor)
+      type(csr_matrix_type), intent(in) :: mass
+      real(wp), intent(in) :: least
+      !> Whether it is above `least`, up to a probability of `improbable`.
+      logical, intent(out) :: proved
+      !> Whether no Ritz value is below `least_of_mass`.
+      logical, intent(out) :: seems_definite
+      !> Whether a Ritz value is too small for `most_steps` to prove that. False where the iteration ends early, as on a diagonal
+      !> mass, whose scaled eigenvalues are equal, and on a small one: the steps are too few for a proof, not M too poor.
+      logical, intent(out) :: poor
+      ! The first is about the cost of a factorization; the second is when to estimate whether that many steps will do.
+      integer, parameter :: most_steps = 200, few_steps = 60
+      real(wp), allocatable :: scaling(:), previous(:), x(:), y(:, :)
+      real(wp) :: alpha(most_steps), beta(0:most_steps), spread_bound, needed, provable
+      integer(long) :: state
+      integer :: k
+
+      proved = .false.
+      poor = .true.
+      allocate (scaling, source=mass%diagonal())
+      seems_definite = all(scaling > 0 .or. (abs(scaling) <= 0 .and. .not. mass%row_maxima() > 0))
+      if (.not. seems_definite .or. .not. any(scaling > 0)) return
+      where (scaling > 0) scaling = 1/sqrt(scaling)
+      allocate (previous(mass%rows), x(mass%rows), y(mass%rows, 1), source=0.0_wp)
+      ! Gershgorin's bound of the largest eigenvalue.
+      call add_magnitudes(mass, reshape(scaling, [mass%rows, 1]), y)
+      spread_bound = maxval(scaling*y(:, 1))
+      needed = log(1.648_wp*sqrt(real(count(scaling > 0), wp))/improbable)
+      provable = least + spread_bound*(needed/(2*most_steps - 1))**2
+      state = 1
+      call random_vector(state, x)
+      where (.not. scaling > 0) x = 0
+      x = x/norm2(x)
+      beta(0) = 0
+      do k = 1, min(most_steps, mass%rows)
+         y = 0
+         call mass%add_product(1.0_wp, reshape(scaling*x, [mass%rows, 1]), y)
+         y(:, 1) = scaling*y(:, 1) - beta(k - 1)*previous
+         alpha(k) = dot_product(x, y(:, 1))
+         proved = ritz_values_exceed(least + spread_bound*min(1.0_wp, (needed/(2*k - 1))**2), k)
+         seems_definite = ritz_values_exceed(least_of_mass, k)
+         poor = .not. (seems_definite .and. ritz_values_exceed(provable, k))
+         if (proved .or. .not. seems_definite) return
+         ! Gives up if `most_steps` cannot prove it either, given the present Ritz values.
+         if (k >= few_steps .and. poor) return
+         y(:, 1) = y(:, 1) - alpha(k)*x
+         beta(k) = norm2(y)
+         if (beta(k) <= cancelled) return
+         previous = x
+         x = y(:, 1)/beta(k)
+      end do
+
+   contains
+
+      ! Whether all Ritz values exceed a bound: the pivots of T - bound I are positive (Sturm sequence).
+      pure logical function ritz_values_exceed(bound, steps)
+         real(wp), intent(in) :: bound
+         integer, intent(in) :: steps
+         real(wp) :: pivot
+         integer :: i
+
+         ritz_values_exceed = .true.
+         pivot = 1
+         do i = 1, steps
+            pivot = alpha(i) - bound - beta(i - 1)**2/pivot
+            ritz_values_exceed = pivot > 0
+            if (.not. ritz_values_exceed) return
+         end do
+      end function ritz_values_exceed
+   end subroutine bound_by_lanczos
+
+   ! Whether a symmetric matrix with a positive diagonal is so dominated by it that scaled to unit diagonal it has no eigenvalue
+   ! below `least` (Gershgorin).
+   pure logical function is_dominant(matrix, least)
+      type(csr_matrix_type), intent(in) :: matrix
+      real(wp), intent(in) :: least
+      real(wp) :: diagonal(matrix%rows), sums(matrix%rows, 1)
+
+      diagonal = matrix%diagonal()
+      sums = 0
+      call add_magnitudes(matrix, spread(spread(1.0_wp, 1, matrix%rows), 2, 1), sums)
+      is_dominant = all(2*diagonal - sums(:, 1) > least*diagonal .and. diagonal > 0)
+   end function is_dominant
+end module kschur_mass_bound
