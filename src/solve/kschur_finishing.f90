@@ -18,8 +18,8 @@ module kschur_finishing
    use kschur_shapes, only: independent_part, independent_parts
    use kschur_split, only: cluster_type, split
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_tolerances, only: cancelled, dependent_state, equal_value, known_well, no_correct_digits, &
-      real_tolerance, same_shape, same_value, uneven
+   use kschur_tolerances, only: accepted_backward_error, cancelled, dependent_state, equal_value, known_well, &
+      no_correct_digits, real_tolerance, same_shape, same_value, uneven
    implicit none
    private
    public :: are_good, finish_modes, refine_modes
@@ -287,10 +287,30 @@ contains
          associate (members => cluster%members)
             is_suspect = any(judgement%poor(members) .or. judgement%doubtful(members))
             if (.not. is_suspect .and. size(members) > 1 .and. abs(cluster%centre) > 0) is_suspect = &
-               any(independent_parts(modes, members) <= dependent_state)
+               any(.not. are_independent(modes, members, judgement%errors(members)))
          end associate
       end function is_suspect
    end subroutine find_suspects
+
+   ! Which members of a cluster do not repeat those before: their states are far from the span of these, or accurate enough that
+   ! the rest is an eigenvector by itself, as of copies with nearly parallel shapes. It combines unit states with coefficients of
+   ! at most the inverse of the product of their independent parts (Cramer's rule, Hadamard's inequality), and so their errors.
+   function are_independent(modes, members, errors) result(independent)
+      type(modes_type), intent(in) :: modes
+      !> Positions of the members, and their backward errors.
+      integer, intent(in) :: members(:)
+      real(wp), intent(in) :: errors(:)
+      logical :: independent(size(members))
+      real(wp) :: parts(size(members))
+      integer :: j
+
+      parts = independent_parts(modes, members)
+      independent = parts > dependent_state
+      do j = 1, size(members)
+         if (parts(j) > same_shape) &
+            independent(j) = independent(j) .or. sum(errors(:j)) <= accepted_backward_error*product(parts(:j))
+      end do
+   end function are_independent
 
    ! Factors the problem beside one cluster, polishes it, and accepts the pairs found there or leaves the members as they were.
    ! A singular matrix, no convergence or a cancellation leaves them, too.
@@ -354,7 +374,8 @@ contains
       integer function least_number() result(number)
          logical :: certain(size(cluster%members))
 
-         certain = independent_parts(modes, cluster%members) > dependent_state .and. .not. judgement%doubtful(cluster%members)
+         certain = are_independent(modes, cluster%members, judgement%errors(cluster%members)) .and. &
+            .not. judgement%doubtful(cluster%members)
          number = cluster%count_eigenvalues(pack(modes%lambda(cluster%members), certain))
       end function least_number
 

@@ -19,8 +19,8 @@ class Problem:
 
     @property
     def in_pairs(self):
-        """Whether there are conjugates."""
-        return not all(self.spectrum[:, 1] >= 0)
+        """Whether a mode above the real axis stands for its conjugate too, as without losses."""
+        return "L" not in self.matrices
 
 
 def assemble(recipe):

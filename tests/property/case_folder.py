@@ -21,6 +21,7 @@ def write_case(folder, problem):
 
 
 def read_case(folder):
-    """What the judge needs: the matrices stay in their files."""
+    """What the judge needs: of the matrices their names, as they stay in their files."""
     folder = Path(folder)
-    return Problem({}, np.loadtxt(folder / "spectrum.txt", ndmin=2), (folder / "options.txt").read_text().split())
+    names = (file.stem for file in folder.glob("*.mtx"))
+    return Problem(dict.fromkeys(names), np.loadtxt(folder / "spectrum.txt", ndmin=2), (folder / "options.txt").read_text().split())
