@@ -90,8 +90,8 @@ contains
    !> Factors the problem at a shift next to a cluster. A simple eigenvalue converges the faster the nearer the shift is. For
    !> several the distance exceeds their spread, so that all converge at one rate, and the splitting of a defective eigenvalue,
    !> whose chain would be lost next to its eigenvector otherwise; it is at most a fraction of the gap, so that the space converges.
-   !> A zero is treated as several, as it may be an undamped double one. For refinement the shift is outside the discs, within which
-   !> the matrix is singular to rounding.
+   !> A zero is treated as several, as it may be an undamped double one. The shift is outside the discs, within which the matrix is
+   !> singular to rounding.
    subroutine factor_beside(self, problem, cluster, shift, error)
       class(polisher_type), intent(inout) :: self
       type(modal_problem_type), intent(in) :: problem
@@ -114,7 +114,7 @@ contains
       distance = max(self%offset*unit, spread_factor*cluster%spread)
       if (size(cluster%members) > 1 .or. .not. abs(cluster%centre) > 0) &
          distance = max(distance, min(largest_offset*unit, gap_fraction*cluster%gap))
-      if (self%refines) distance = max(distance, min(disc_factor*cluster%disc, gap_fraction*cluster%gap))
+      distance = max(distance, min(disc_factor*cluster%disc, gap_fraction*cluster%gap))
       shift = cluster%centre + distance
       call self%solver%factorize(shifted_saddle(problem, self%blocks, shift), saddle_structure(problem), error)
    end subroutine factor_beside
