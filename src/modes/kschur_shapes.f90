@@ -42,7 +42,7 @@ contains
    !> Finds which of the first k pairs repeat a rigid motion: zeros that the iteration found again, with rounding errors as
    !> eigenvalues. Such a pair has a small eigenvalue and a shape in the span of the rigid motions, which are the `rigid` pairs
    !> behind the first k. A slow decay has such a shape, too, with lambda = -r/m from lambda^2 m + lambda r = 0: the pair is a zero
-   !> only if its eigenvalue is nearer to 0 than to -r/m.
+   !> unless its eigenvalue is that to a half. Where r is far below lambda m, rounding would else decide which of the two is nearer.
    function repeats_rigid_motion(problem, pairs, k, rigid, reference, zero_noise) result(repeats)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: pairs
@@ -57,6 +57,8 @@ contains
       complex(wp) :: shape(pairs%rows())
       complex(wp) :: m, r, s, gram(size(zeros) + 1, size(zeros) + 1)
       real(wp) :: m_terms, r_terms, k_terms, smallest, largest
+      ! Whether the rigid motions are left null vectors of the stiffness, too.
+      logical :: stiffness_is_symmetric
       logical :: is_pending(k)
       integer :: i, j
 
@@ -80,6 +82,8 @@ contains
          repeats(j) = distance_from_rigid(j) <= same_shape
          if (.not. repeats(j)) smallest = min(smallest, abs(pairs%lambda(j)))
       end do
+      stiffness_is_symmetric = problem%stiffness%is_symmetric()
+      if (allocated(problem%loss)) stiffness_is_symmetric = stiffness_is_symmetric .and. problem%loss%is_symmetric()
       largest = reference
       if (smallest < huge(1.0_wp)) largest = max(reference, smallest)
       do j = 1, size(repeats)
@@ -90,7 +94,7 @@ contains
          call quadratic_form(problem%stiffness, shape, s, k_terms)
          repeats(j) = abs(pairs%lambda(j)) <= nearly_zero*largest .and. (abs(r) <= rounding_of_row*r_terms .or. &
             abs(pairs%lambda(j)**2)*m_terms <= rounding_of_sums*k_terms .or. &
-            abs(pairs%lambda(j)*m) < abs(pairs%lambda(j)*m + r))
+            abs(pairs%lambda(j)*m) < 2*abs(pairs%lambda(j)*m + r))
          if (repeats(j)) repeats(j) = .not. is_eigenpair(j)
       end do
 
@@ -115,6 +119,7 @@ contains
       logical function is_eigenpair(j)
          integer, intent(in) :: j
          complex(wp), dimension(pairs%rows(), 1) :: phi, inertia, damping, residual
+         integer :: i
 
          phi(:, 1) = pairs%column(j)
          inertia = 0
@@ -126,7 +131,19 @@ contains
          if (allocated(problem%loss)) call problem%loss%add_product((0.0_wp, 1.0_wp), phi, residual)
          call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), pairs%xi(:, j:j), residual)
          is_eigenpair = norm2(abs(residual)) < same_shape*max(norm2(abs(inertia)), norm2(abs(damping)))
+         if (.not. (is_eigenpair .and. stiffness_is_symmetric)) return
+         ! Along the motions only inertia and damping act. All else may be that of a chain of zero, which gyroscopic forces begin.
+         is_eigenpair = norm2([(abs(along(i, inertia + damping)), i=1, size(zeros))]) <= same_shape* &
+            max(norm2([(abs(along(i, inertia)), i=1, size(zeros))]), norm2([(abs(along(i, damping)), i=1, size(zeros))]))
       end function is_eigenpair
+
+      ! The part of a force along rigid motion i.
+      complex(wp) function along(i, force)
+         integer, intent(in) :: i
+         complex(wp), intent(in) :: force(:, :)
+
+         along = dot_product(pairs%column(zeros(i)), force(:, 1))
+      end function along
    end function repeats_rigid_motion
 
    !> Norm of the part of the state of pair j of `others` that is orthogonal to the states of those of `pairs` with eigenvalues near

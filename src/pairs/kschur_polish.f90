@@ -150,8 +150,8 @@ contains
       type(polished_type) :: current, previous
       real(wp) :: limit, least, progress
       integer(long) :: random_state
-      integer :: step, inside, inside_before, filled
-      logical :: settled, others_left
+      integer :: step, inside, filled
+      logical :: settled, others_left, accurate, accurate_before
 
       random_state = state_of_seed(0)
       limit = max(self%tolerance, min(10*worst, inaccurate_above))
@@ -164,7 +164,7 @@ contains
       if (allocated(error)) return
       step = 0
       filled = 0
-      inside = 0
+      accurate_before = .false.
       least = huge(1.0_wp)
       do while (step < max_stagnant_steps .and. size(states, 2) > 0)
          step = step + 1
@@ -172,7 +172,6 @@ contains
          if (.not. allocated(error)) call find_ritz_pairs(cluster, shift, states, images, solutions, current%pairs, error, lambda)
          if (allocated(error)) return
          if (.not. present(lambda)) call keep_pairs(current%pairs, cluster%holds(current%pairs%lambda))
-         inside_before = inside
          inside = cluster%count_eigenvalues(current%pairs%lambda)
          if (allocated(current%errors)) deallocate (current%errors)
          allocate (current%errors, source=backward_errors(problem, current%pairs))
@@ -182,11 +181,11 @@ contains
             least = progress
             step = 0
          end if
-         current%complete = size(current%errors) > 0 .and. current%worst() <= self%tolerance .and. &
+         accurate = size(current%errors) > 0 .and. current%worst() <= self%tolerance .and. &
             (n_random == 0 .or. inside < size(states, 2))
-         ! Beside many copies just outside, a Ritz value of the cluster may leave it for one step. Two do not by chance.
-         if (inside < cluster%count_eigenvalues(members%lambda)) &
-            current%complete = current%complete .and. inside == inside_before
+         ! One step may lead Ritz values out of the cluster that come back: fewer than the members must stay for another step.
+         current%complete = accurate .and. (accurate_before .or. inside >= cluster%count_eigenvalues(members%lambda))
+         accurate_before = accurate
          if (.not. present(lambda)) then
             call keep_pairs(current%pairs, current%errors <= limit)
             current%errors = pack(current%errors, current%errors <= limit)

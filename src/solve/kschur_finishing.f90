@@ -381,14 +381,17 @@ contains
 
       ! Whether the polished pairs replace the members: they are as many as the members that are certain (all, if a certificate
       ! counts them), and all Ritz values in the cluster are accurate; or they are as many as the members, and accurate enough or
-      ! more accurate.
+      ! more accurate. Refined ones are no more than the members, and no fewer than those of them that were not lost before.
       logical function is_accepted()
          integer :: number_before
 
          number_before = cluster%count_eigenvalues(members%lambda)
          if (polisher%refines) then
-            is_accepted = polished%complete .and. polished%residual <= known_well .and. polished%eigenvalues == number_before &
-               .and. size(polished%pairs%lambda) >= size(members%lambda)
+            associate (remaining => pack(modes%lambda(cluster%members), .not. not_found(cluster%members)))
+               is_accepted = polished%complete .and. polished%residual <= known_well .and. polished%eigenvalues <= number_before &
+                  .and. polished%eigenvalues >= cluster%count_eigenvalues(remaining) &
+                  .and. size(polished%pairs%lambda) >= size(remaining)
+            end associate
             return
          end if
          is_accepted = (polished%complete .and. polished%eigenvalues >= merge(number_before, least_number(), is_counted(s))) .or. &

@@ -37,8 +37,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> Whether modes of small problems are refined. Absent: they are.
       logical, optional, intent(in) :: refines
-      ! Whether the iteration is certain to have no more modes.
-      logical :: complete, refined
+      ! Whether the iteration is certain to have no more modes; whether it had too few.
+      logical :: complete, lacking, refined
       integer, allocatable :: order(:)
 
       refined = .not. s%options%is_plain()
@@ -46,11 +46,12 @@ contains
       modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
       call search_here(s, modes, complete, error)
       if (allocated(error)) return
+      lacking = .false.
       if (.not. s%options%is_plain() .and. modes%reason /= reason_cancelled) then
          ! Modes that polishing could not make accurate may be infinite eigenvalues.
          if (has_too_few(s, modes) .and. s%known%total%exact) call modes%drop(modes%backward_error > inaccurate_above)
-         if ((has_too_few(s, modes) .or. misses_nearer(s, modes)) .and. s%known%total%exact .and. complete .and. &
-            modes%found < s%known%total%number) call search_elsewhere(s, modes, error)
+         lacking = (has_too_few(s, modes) .and. complete) .or. misses_nearer(s, modes)
+         if (lacking .and. s%known%total%exact .and. modes%found < s%known%total%number) call search_elsewhere(s, modes, error)
          if (allocated(error)) return
       end if
       if (refined .and. modes%reason /= reason_cancelled) call refine_modes(s, modes, error)
@@ -73,7 +74,7 @@ contains
       ! A count tells of finite eigenvalues among them.
       if (all_known(s, modes) .or. s%transform%certificate%verdict == certified_yes) modes%infinite = [complex(wp) ::]
       call keep_nearer_unlisted(mode_request_type(s%options%modes, s%options%target), modes)
-      call set_reason(s, complete, modes)
+      call set_reason(s, complete, lacking, modes)
       call certify_by_count(s, modes)
       call s%end_step(phase_judge)
    end subroutine find_modes
@@ -99,12 +100,13 @@ contains
       has_too_few = size(modes%lambda) < s%options%modes
    end function has_too_few
 
-   ! Whether an iteration that had no more may have missed modes nearer than the furthest: from the shift these look infinite.
+   ! Whether an iteration may have missed modes nearer than the furthest: from the shift these look infinite, and no count tells.
    pure logical function misses_nearer(s, modes)
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(in) :: modes
 
-      misses_nearer = modes%reason == reason_fewer_modes .and. &
+      misses_nearer = any(modes%reason == [reason_converged, reason_fewer_modes]) .and. &
+         s%transform%certificate%verdict /= certified_yes .and. &
          maxval([0.0_wp, distances(modes%lambda, s%options%target)]) + abs(s%options%target) > too_far*max(abs(s%shift), s%scale)
    end function misses_nearer
 
@@ -351,10 +353,10 @@ contains
    end subroutine add_modes
 
    ! Sets the reason why the search ended.
-   subroutine set_reason(s, complete, modes)
+   subroutine set_reason(s, complete, lacking, modes)
       type(solve_context_type), intent(inout) :: s
-      !> Whether the iteration is certain to have no more modes.
-      logical, intent(in) :: complete
+      !> Whether the iteration is certain to have no more modes; whether it had too few, so that others may be nearer.
+      logical, intent(in) :: complete, lacking
       type(modes_type), intent(inout) :: modes
       logical :: all_found
 
@@ -367,8 +369,9 @@ contains
             ! The converged modes need not be the nearest ones.
             return
          else if (.not. has_too_few(s, modes)) then
-            modes%reason = merge(reason_inaccurate, reason_converged, (misses_nearer(s, modes) .and. .not. all_found) .or. &
-               size(modes%unlisted) > 0 .or. any(modes%backward_error > inaccurate_above))
+            modes%reason = merge(reason_inaccurate, reason_converged, &
+               ((lacking .or. misses_nearer(s, modes)) .and. .not. all_found) .or. size(modes%unlisted) > 0 .or. &
+               any(modes%backward_error > inaccurate_above))
          else
             modes%reason = merge(reason_fewer_modes, reason_inaccurate, all_found)
             if (total%exact .and. modes%found /= total%number) call s%add_note(text(total%number)//" eigenvalues exist and "// &
