@@ -133,17 +133,13 @@ contains
          is_eigenpair = norm2(abs(residual)) < same_shape*max(norm2(abs(inertia)), norm2(abs(damping)))
          if (.not. (is_eigenpair .and. stiffness_is_symmetric)) return
          ! Along the motions only inertia and damping act. All else may be that of a chain of zero, which gyroscopic forces begin.
-         is_eigenpair = norm2([(abs(along(i, inertia + damping)), i=1, size(zeros))]) <= same_shape* &
-            max(norm2([(abs(along(i, inertia)), i=1, size(zeros))]), norm2([(abs(along(i, damping)), i=1, size(zeros))]))
+         do i = 1, size(zeros)
+            associate (motion => pairs%column(zeros(i)))
+               is_eigenpair = is_eigenpair .and. abs(dot_product(motion, inertia(:, 1) + damping(:, 1))) <= same_shape* &
+                  max(sum(abs(motion*inertia(:, 1))), sum(abs(motion*damping(:, 1))))
+            end associate
+         end do
       end function is_eigenpair
-
-      ! The part of a force along rigid motion i.
-      complex(wp) function along(i, force)
-         integer, intent(in) :: i
-         complex(wp), intent(in) :: force(:, :)
-
-         along = dot_product(pairs%column(zeros(i)), force(:, 1))
-      end function along
    end function repeats_rigid_motion
 
    !> Norm of the part of the state of pair j of `others` that is orthogonal to the states of those of `pairs` with eigenvalues near
