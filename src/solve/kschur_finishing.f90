@@ -273,6 +273,8 @@ contains
          j = j + 1
          suspects(j) = clusters(i)
          associate (members => clusters(i)%members)
+            ! Within the error bounds of doubtful members the matrix is singular to rounding.
+            suspects(j)%disc = maxval([0.0_wp, pack(judgement%uncertainty(members), judgement%doubtful(members))])
             if (any(judgement%poor(members))) call suspects(j)%widen(no_correct_digits)
             if (any(judgement%doubtful(members))) call suspects(j)%widen(doubtful_radius)
          end associate
