@@ -212,7 +212,8 @@ contains
 
    contains
 
-      ! Whether another step can change nothing: a complete single eigenvalue at once, several if they stayed where they were.
+      ! Whether another step can change nothing: a complete single eigenvalue next to the shift at once, others if they stayed where
+      ! they were.
       logical function is_settled(current, before) result(settled)
          type(polished_type), intent(in) :: current, before
          integer :: i
@@ -221,7 +222,7 @@ contains
          if (.not. settled) return
          if (self%refines) then
             settled = current%residual <= rounding_of_sums
-         else if (size(members%lambda) /= 1 .or. current%eigenvalues > 1) then
+         else if (size(members%lambda) /= 1 .or. current%eigenvalues > 1 .or. cluster%disc > 0) then
             settled = current%eigenvalues == before%eigenvalues .and. all([(any(abs(before%pairs%lambda - &
                current%pairs%lambda(i)) <= cancelled*abs(cluster%centre)), i=1, size(current%errors))])
          end if
