@@ -3,7 +3,6 @@ module kschur_mass
    use kschur_effort, only: effort_type, for_mass
    use kschur_error, only: error_type, error_singular
    use kschur_solver_choice, only: inner_solvers_type
-   use kschur_kinds, only: wp
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_mass_bound, only: bound_smallest_eigenvalue
    use kschur_sparse, only: csr_matrix_type

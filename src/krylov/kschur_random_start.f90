@@ -28,8 +28,8 @@ contains
 
    !> Bounds the probability that more eigenvalues than Ritz values lie above a border, or any below its negative. Let m - 1 Ritz
    !> values be near the one that is missing. Of the first set of m consecutive eigenvalues that is not found as a whole, which
-   !> begins at one of the k first, m rows x^T B X are dependent but for sqrt(m) times the length of u^T B X: one is so near to the
-   !> span of the others, in the p - m + 1 dimensions that these leave of p. Each row is as good as normally distributed,
+   !> begins at one of the k + 1 first, m rows x^T B X are dependent but for sqrt(m) times the length of u^T B X: one is so near to
+   !> the span of the others, in the p - m + 1 dimensions that these leave of p. Each row is as good as normally distributed,
    !> independent of the others with a variance of at least b/3, b the smallest eigenvalue of B.
    pure real(wp) function chance_of_missing(self, border, separation, least) result(chance)
       class(random_start_type), intent(in) :: self
@@ -41,18 +41,21 @@ contains
       real(wp), intent(in) :: least
       ! Of the Ritz values above the border, ascending: those of a cluster have equal numbers.
       integer, allocatable :: order(:), cluster(:)
-      real(wp) :: below
+      real(wp) :: below, noise
       integer :: c, i
 
       chance = 1
       if (any(abs(self%values - border) <= separation*border .or. self%values < -border)) return
       order = ascending_order(self%values)
       order = pack(order, self%values(order) > border)
+      if (size(order) == 0) return
       allocate (cluster(size(order)), source=1)
       do i = 2, size(order)
          cluster(i) = cluster(i - 1)
          if (self%values(order(i)) - self%values(order(i - 1)) > 2*separation*self%values(order(i))) cluster(i) = cluster(i) + 1
       end do
+      ! Rounding of the vectors s, as long as N in N s.
+      noise = epsilon(1.0_wp)*norm2(self%last)
       below = beyond_border(self, border)
       ! One that is near to none.
       chance = chance_of(1, [integer ::], separation*self%values(order))
@@ -79,16 +82,16 @@ contains
          length = sqrt(real(size(self%last, 1), wp))*below
          do i = 1, size(order)
             if (all(members /= order(i))) length = length + &
-               norm2(self%first(:, order(i)))*norm2(self%last(:, order(i)))/distances(i)
+               norm2(self%first(:, order(i)))*max(norm2(self%last(:, order(i))), noise)/distances(i)
          end do
          ! u^T B C^f X is at least border^f times as long as u^T B X.
          length = length/border**self%filter*sqrt(3*m/least)
-         chance = size(self%values)*m*chance_of_length(length, p - m + 1)
+         chance = (size(self%values) + 1)*m*chance_of_length(length, p - m + 1)
       end function chance_of
    end function chance_of_missing
 
-   ! Bounds the part of the start vectors along Ritz vectors below the border, for any eigenvalue above it or below its negative: it
-   ! is largest for those next to these.
+   ! The largest part of the start vectors along Ritz vectors below the border, for any eigenvalue above it or below its negative:
+   ! largest next to these, as it falls off like a product of distances, and sampled for certainty.
    pure real(wp) function beyond_border(self, border)
       type(random_start_type), intent(in) :: self
       real(wp), intent(in) :: border

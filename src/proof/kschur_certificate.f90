@@ -303,11 +303,15 @@ contains
 
       is_complete_below = .false.
       if (.not. allocated(self%seen%values) .or. self%negative_at_shift > 0) return
+      ! Redundant constraints may hide that some are below the shift.
+      if (self%problem%multipliers() > 0 .and. max(abs(self%shift), abs(self%target)) > 0) return
+      ! With one start vector no found eigenvalue is known to be simple.
+      if (size(self%seen%first, 1) < 2) return
       if (associated(self%matrices)) call self%matrices%hold_undamped(error)
       if (.not. allocated(error)) then
          associate (mass => self%problem%mass)
-            if (is_definite(mass, usual_least_of_mass)) is_complete_below = self%seen%chance_of_missing(1/(theta - self%shift), &
-               same_value, usual_least_of_mass*minval(mass%diagonal())) <= improbable
+            if (self%seen%chance_of_missing(1/(theta - self%shift), same_value, usual_least_of_mass*minval(mass%diagonal())) &
+               <= improbable) is_complete_below = is_definite(mass, usual_least_of_mass)
          end associate
       end if
       if (associated(self%matrices)) call self%matrices%put_away()

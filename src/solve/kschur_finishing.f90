@@ -26,6 +26,8 @@ module kschur_finishing
 
    ! Radius, relative to the eigenvalue, in which a doubtful one is searched for.
    real(wp), parameter :: doubtful_radius = 0.5_wp
+   ! Largest part of it that error bounds of doubtful eigenvalues are taken for, so that the shift stays inside.
+   real(wp), parameter :: part_of_radius = 1/30.0_wp
    ! Beyond this number of unknowns and multipliers factors beside each mode cost more than the modes.
    integer, parameter :: largest_refined = 200
 
@@ -145,6 +147,7 @@ contains
       type(polisher_type) :: polisher
       type(eigenpairs_type) :: found
       type(modes_type) :: new_modes
+      type(cluster_type) :: outer
       logical, allocatable :: replaced(:)
       integer :: i
 
@@ -158,6 +161,12 @@ contains
       do i = 1, size(clusters)
          if (s%is_stopped()) exit
          call polish_cluster(s, modes, clusters(i), judgement, polisher, found, replaced, not_found, error)
+         if (allocated(error)) return
+         if (refines .or. .not. any(not_found(clusters(i)%members))) cycle
+         ! Within the error bounds of doubtful members the matrix may be singular to rounding: once more from outside.
+         outer = clusters(i)
+         outer%disc = min(maxval(judgement%uncertainty(outer%members)), part_of_radius*outer%radius)
+         call polish_cluster(s, modes, outer, judgement, polisher, found, replaced, not_found, error)
          if (allocated(error)) return
       end do
       call s%effort%add_solves(polisher%solver)
@@ -273,8 +282,7 @@ contains
          j = j + 1
          suspects(j) = clusters(i)
          associate (members => clusters(i)%members)
-            ! Within the error bounds of doubtful members the matrix is singular to rounding.
-            suspects(j)%disc = maxval([0.0_wp, pack(judgement%uncertainty(members), judgement%doubtful(members))])
+            suspects(j)%disc = 0
             if (any(judgement%poor(members))) call suspects(j)%widen(no_correct_digits)
             if (any(judgement%doubtful(members))) call suspects(j)%widen(doubtful_radius)
          end associate
