@@ -60,7 +60,6 @@ module kschur_certificate
       integer, private :: expected = 0
       ! Distance of the furthest wanted value at that time.
       real(wp), private :: wanted_reach = 0
-      type(random_start_type), private :: seen
    contains
       procedure :: examine
       procedure :: carry
@@ -141,12 +140,9 @@ contains
       integer, intent(in) :: wanted
       logical, intent(out) :: complete
       type(random_start_type), optional, intent(in) :: seen
-      type(random_start_type) :: nothing
       real(wp) :: reach, slack
 
       complete = .false.
-      self%seen = nothing
-      if (present(seen)) self%seen = seen
       if (self%given_up .or. wanted == 0 .or. wanted > size(values)) return
       ! The reach is at least the accuracy of computed zeros.
       reach = max(self%within, maxval(self%distance_of(values(:wanted))), nearly_zero*sqrt(abs(self%shift)))
@@ -155,7 +151,7 @@ contains
          complete = self%count_found(values, residuals, wanted) == self%expected
       if (.not. complete) then
          call self%count_about(values, residuals, reach, &
-            tight=self%counted .and. abs(reach - self%wanted_reach) <= slack)
+            tight=self%counted .and. abs(reach - self%wanted_reach) <= slack, seen=seen)
          if (self%counted) complete = self%count_found(values, residuals, wanted) == self%expected
       end if
       self%certificate%verdict = certified_unknown
@@ -164,24 +160,25 @@ contains
    end subroutine examine
 
    ! Counts the eigenvalues in an interval that contains all nearer to the target than `reach`.
-   subroutine count_about(self, values, residuals, reach, tight)
+   subroutine count_about(self, values, residuals, reach, tight, seen)
       class(inertia_census_type), intent(inout) :: self
       real(wp), intent(in) :: values(:), residuals(:), reach
       logical, intent(in) :: tight
+      type(random_start_type), optional, intent(in) :: seen
       integer :: above, below
 
       self%counted = .false.
       self%wanted_reach = reach
       if (self%negative_at_shift < 0) self%negative_at_shift = self%negative_at(self%shift, 0)
       if (self%negative_at_shift < 0) return
-      call self%end_of_interval(1, values, residuals, reach, tight, self%to, above)
+      call self%end_of_interval(1, values, residuals, reach, tight, self%to, above, seen)
       if (self%negative_at_shift == 0) then
          ! No eigenvalue is below the shift.
          self%from = self%shift
          below = 0
          self%certificate%reach = infinity
       else
-         call self%end_of_interval(-1, values, residuals, reach, tight, self%from, below)
+         call self%end_of_interval(-1, values, residuals, reach, tight, self%from, below, seen)
          self%certificate%reach = self%distance_beyond(-1, self%from)
       end if
       self%certificate%reach = min(self%certificate%reach, self%distance_beyond(1, self%to))
@@ -261,7 +258,7 @@ contains
 
    ! Chooses an end of the interval in the first wide gap of values beyond `reach`, and counts the negative eigenvalues there;
    ! -1 if that fails.
-   subroutine end_of_interval(self, side, values, residuals, reach, tight, theta, negative)
+   subroutine end_of_interval(self, side, values, residuals, reach, tight, theta, negative, seen)
       class(inertia_census_type), intent(inout) :: self
       integer, intent(in) :: side
       real(wp), intent(in) :: values(:), residuals(:), reach
@@ -269,6 +266,7 @@ contains
       logical, intent(in) :: tight
       real(wp), intent(out) :: theta
       integer, intent(out) :: negative
+      type(random_start_type), optional, intent(in) :: seen
       real(wp) :: last, end_value
 
       theta = self%shift
@@ -290,27 +288,29 @@ contains
          negative = self%negative_at(theta, 0)
       else
          negative = self%converged_below(theta, values, residuals)
-         if (.not. self%is_complete_below(theta)) negative = self%negative_at(theta, negative)
+         if (.not. self%is_complete_below(theta, seen)) negative = self%negative_at(theta, negative)
       end if
    end subroutine end_of_interval
 
    ! Whether the random start of the iteration proves, up to a probability of `improbable`, that no eigenvalue between the shift and
    ! theta is missing, nor one as far below the shift. Rigid motions are deflated: that says nothing of these.
-   logical function is_complete_below(self, theta)
+   logical function is_complete_below(self, theta, seen)
       class(inertia_census_type), intent(in) :: self
       real(wp), intent(in) :: theta
+      type(random_start_type), optional, intent(in) :: seen
       type(error_type), allocatable :: error
 
       is_complete_below = .false.
-      if (.not. allocated(self%seen%values) .or. self%negative_at_shift > 0) return
+      if (.not. present(seen) .or. self%negative_at_shift > 0) return
+      if (.not. allocated(seen%values)) return
       ! Redundant constraints may hide that some are below the shift.
       if (self%problem%multipliers() > 0 .and. max(abs(self%shift), abs(self%target)) > 0) return
       ! With one start vector no found eigenvalue is known to be simple.
-      if (size(self%seen%first, 1) < 2) return
+      if (size(seen%first, 1) < 2) return
       if (associated(self%matrices)) call self%matrices%hold_undamped(error)
       if (.not. allocated(error)) then
          associate (mass => self%problem%mass)
-            if (self%seen%chance_of_missing(1/(theta - self%shift), same_value, usual_least_of_mass*minval(mass%diagonal())) &
+            if (seen%chance_of_missing(1/(theta - self%shift), same_value, usual_least_of_mass*minval(mass%diagonal())) &
                <= improbable) is_complete_below = is_definite(mass, usual_least_of_mass)
          end associate
       end if
