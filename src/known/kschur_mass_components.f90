@@ -15,7 +15,7 @@ contains
       integer :: directions, i
 
       do directions = 3, 2, -1
-         if (mod(matrix%rows, directions) == 0 .and. repeats(matrix, directions)) exit
+         if (repeats(matrix, directions)) exit
       end do
       if (directions == 1) return
       component%rows = matrix%rows/directions
@@ -40,6 +40,7 @@ contains
       integer :: first, i, j, entries
 
       repeats = .false.
+      if (mod(matrix%rows, directions) > 0) return
       do i = 1, matrix%rows, directions
          first = matrix%row_start(i)
          entries = matrix%row_start(i + 1) - first
