@@ -7,7 +7,7 @@ module kschur_backward_error
    use kschur_problem, only: modal_problem_type
    use kschur_products, only: multiply_pairs, pairs_at_once, products_type
    use kschur_sparse, only: csr_matrix_type, transpose_csr
-   use kschur_tolerances, only: blurred_entry, rounding_of_row, rounding_of_sums
+   use kschur_tolerances, only: blurred_entry, rounding_of_row
    implicit none
    private
    public :: backward_errors, effect_of_constraints, judge, judge_as_given, least_bound, level_of, norms_of
@@ -75,9 +75,9 @@ contains
       if (.not. abs(lambda) > 0) then
          bound = 0
       else if (symmetric) then
-         ! A decay has the errors of the null vector, too, which with constraints are those of an elimination.
+         ! A decay has the errors of the null vector, too, and with constraints those of the reactions.
          rounding = epsilon(1.0_wp)
-         if (is_motion) rounding = merge(rounding_of_sums, rounding_of_row, norms(4) > 0)
+         if (is_motion) rounding = merge(2, 1, norms(4) > 0)*rounding_of_row
          rounding = rounding*products%length(l)*level_of(lambda, [norms(:2), merge(0.0_wp, norms(3), is_motion)])
          ! With constraints the reactions take part in the balance of M and R, so that its residual says nothing.
          if (is_motion) residual = merge(0.0_wp, products%residual_of_decay(l, lambda), norms(4) > 0)
