@@ -1,4 +1,4 @@
-!> Lower bounds of the smallest eigenvalue of a symmetric matrix, by some dozens of products.
+!> Lower bounds of the smallest eigenvalue of a mass, or of another symmetric matrix, by some dozens of products.
 module kschur_mass_bound
    use kschur_kinds, only: long, wp
    use kschur_magnitudes, only: add_magnitudes

@@ -202,7 +202,7 @@ contains
       complete = .not. options%verify
       if (ritz%settled .and. options%verify .and. associated(state%census)) &
          call state%census%examine(ritz%all_values, ritz%all_residuals, ritz%needed, complete, &
-         seen_from_start(state%decomposition, ritz))
+            seen_from_start(state%decomposition, ritz))
       crowded = .false.
       if (statistics%stalls()) crowded = is_crowded(ritz, selection)
       over = .true.

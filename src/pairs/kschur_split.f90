@@ -13,7 +13,7 @@ module kschur_split
       complex(wp) :: centre = (0.0_wp, 0.0_wp)
       !> The largest distance of a member from the centre (1/s), without and with its disc.
       real(wp) :: spread = 0, radius = 0
-      !> The largest disc of a member (1/s).
+      !> The largest disc of a member (1/s); 0 if a shift inside of it is tried first.
       real(wp) :: disc = 0
       !> The distance of the nearest other eigenvalue of the list from the centre (1/s), conjugates included if they are any.
       real(wp) :: gap = huge(1.0_wp)

@@ -26,7 +26,7 @@ module kschur_finishing
 
    ! Radius, relative to the eigenvalue, in which a doubtful one is searched for.
    real(wp), parameter :: doubtful_radius = 0.5_wp
-   ! Largest part of it that error bounds of doubtful eigenvalues are taken for, so that the shift stays inside.
+   ! Error bounds of doubtful eigenvalues count up to this part of the radius, so that a shift outside of them stays inside it.
    real(wp), parameter :: part_of_radius = 1/30.0_wp
    ! Beyond this number of unknowns and multipliers factors beside each mode cost more than the modes.
    integer, parameter :: largest_refined = 200

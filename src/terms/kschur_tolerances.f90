@@ -174,7 +174,7 @@ module kschur_tolerances
    !> M scaled to unit diagonal is definite if its least eigenvalue is larger: those of finite elements are above a hundredth
    !> (Wathen, IMA J. Numer. Anal. 7 (1987)).
    real(wp), parameter, public :: least_of_mass = 1.0e-4_wp
-   !> Most masses of finite elements are above this.
+   !> Most masses of finite elements are above this, as Wathen shows; where not, the random start proves nothing.
    real(wp), parameter, public :: usual_least_of_mass = 1.0e-2_wp
    !> Probability that a random start vector misses a component that exists; smaller ones are neglected. Chosen.
    real(wp), parameter, public :: improbable = 1.0e-10_wp
