@@ -16,8 +16,8 @@ module kschur_held_bodies
 
 contains
 
-   !> Whether the elimination order has anchors for each body of a symmetric stiffness: no mass or damper couples bodies, as the
-   !> order follows from all matrices.
+   !> Whether the elimination order has anchors for each body of a symmetric stiffness: no mass couples bodies, as the order
+   !> follows from the pattern of K and M.
    pure logical function are_held(problem)
       type(modal_problem_type), intent(in) :: problem
       integer :: body(problem%unknowns()), bodies, i
@@ -30,8 +30,6 @@ contains
          call join(k%row_start, k%column, body)
          bodies = count(body == [(i, i=1, size(body))])
          call join(problem%mass%row_start, problem%mass%column, body)
-         call join(problem%damping%row_start, problem%damping%column, body)
-         if (allocated(problem%loss)) call join(problem%loss%row_start, problem%loss%column, body)
          if (count(body == [(i, i=1, size(body))]) /= bodies) return
          is_free = .true.
          is_free(problem%constraints%column) = .false.

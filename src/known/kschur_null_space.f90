@@ -14,7 +14,6 @@ module kschur_null_space
    use kschur_options, only: inner_mumps
    use kschur_orthonormal, only: lengths, orthonormalize, subtract
    use kschur_problem, only: modal_problem_type
-   use kschur_processes, only: are_several
    use kschur_random, only: random_vector, state_of_seed
    use kschur_saddle, only: bordered, saddle_structure
    use kschur_singular_vectors, only: right_singular_vectors
@@ -136,8 +135,7 @@ contains
       select type (solver => inner%unshifted)
       type is (direct_real_type)
          if (problem%multipliers() > 0) then
-            ! Several processes do not tell null pivots from those of what constraints hold.
-            if (purpose /= for_rigid_motions .or. are_several(solver%processes, problem%unknowns() + problem%multipliers())) return
+            if (purpose /= for_rigid_motions) return
             if (.not. are_held(problem)) return
          end if
          allocate (space%solver, source=solver)

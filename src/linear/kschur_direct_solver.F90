@@ -162,8 +162,8 @@ contains
          call new_error(error, error_library, "a trial solution has a large residual")
       else
          ! As for a definite matrix with constraints.
-         if (structure%singular .and. structure%multipliers > 0 .and. ldl%factor_entries <= int(low_fill, long)*matrix%rows) &
-            allocate (self%matrix, source=matrix)
+         if (structure%singular .and. structure%multipliers > 0 .and. .not. is_joint .and. &
+            ldl%factor_entries <= int(low_fill, long)*matrix%rows) allocate (self%matrix, source=matrix)
          call move_alloc(ldl, self%solver)
       end if
    end subroutine try_ldl

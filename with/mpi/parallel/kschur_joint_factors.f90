@@ -5,6 +5,7 @@ module kschur_joint_factors
    use kschur_fronts, only: supernodal_factors_type
    use kschur_joint_supernodes, only: joint_supernodes_type
    use kschur_kinds, only: wp, long
+   use kschur_linear_solver, only: matrix_structure_type
    use kschur_memory, only: integer_bytes, real_bytes, require_memory
    use kschur_monitor, only: monitor_type
    use kschur_processes, only: processes_type, spread_error
@@ -27,6 +28,8 @@ module kschur_joint_factors
       !> That are negative, not positive, not finite; not larger than the bound for zero; of unknowns and multipliers, with the
       !> sign of the other; all.
       integer :: negative = 0, not_positive = 0, not_finite = 0, zero = 0, negative_unknowns = 0, positive_multipliers = 0, all = 0
+      !> Whether those of a singular matrix that were replaced follow all multipliers.
+      logical :: nulls_last = .true.
       !> Bytes of the factors in the process that has most.
       integer(long) :: bytes = 0
    end type pivot_counts_type
@@ -46,6 +49,8 @@ module kschur_joint_factors
       real(wp), allocatable :: scaling(:)
       !> Numbers of rows and multipliers of the whole matrix.
       integer, public :: n = 0, multipliers = 0
+      ! What replaces a smaller pivot.
+      real(wp) :: least = 0
       ! Vectors by rows, and whole in the first process.
       type(solution_rows_type) :: rows, whole
    contains
@@ -233,15 +238,21 @@ contains
       end associate
    end subroutine receive_share
 
-   subroutine factor(self, side, least, error, monitor)
+   subroutine factor(self, side, singular, error, monitor)
       class(joint_factors_type), target, intent(inout) :: self
       !> As in `eliminate`: the same in all processes.
       integer, intent(in) :: side
-      real(wp), intent(in) :: least
+      !> As in `matrix_structure_type`.
+      logical, intent(in) :: singular
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), optional, intent(inout) :: monitor
+      type(matrix_structure_type) :: structure
 
-      call eliminate(self%matrix, self%symbolic, self%subtrees, side, self%factors, error, monitor, least, side /= 0, self%common)
+      structure%singular = singular
+      structure%multipliers = self%multipliers
+      self%least = structure%least_pivot()
+      call eliminate(self%matrix, self%symbolic, self%subtrees, side, self%factors, error, monitor, self%least, side /= 0, &
+         self%common)
       call spread_error(self%processes%communicator, error)
    end subroutine factor
 
@@ -250,11 +261,15 @@ contains
       !> A pivot is zero if it is not larger than this fraction of its diagonal entry.
       real(wp), intent(in) :: bound
       type(pivot_counts_type), intent(out) :: counts
-      integer :: here(6), all(6), j, k, p
+      integer :: here(6), all(6), ends(2), last(2), before, j, k, p
       integer(long) :: bytes
       real(wp) :: diagonal
 
       here = 0
+      ! The first column with a replaced pivot, with a minus sign, and the last one of a multiplier, among the common ones; those
+      ! before may be eliminated in any order, and are number 0.
+      ends = [-self%n, -1]
+      before = self%symbolic%first(self%common%first) - 1
       do k = 1, size(self%unknown)
          j = self%column(k)
          diagonal = 0
@@ -264,9 +279,12 @@ contains
          associate (pivot => self%factors%pivot(j), is_multiplier => self%unknown(k) > self%n - self%multipliers)
             here = here + merge(1, 0, [pivot < 0, .not. pivot > 0, .not. abs(pivot) <= huge(pivot), &
                .not. abs(pivot) > bound*diagonal, pivot < 0 .and. .not. is_multiplier, pivot > 0 .and. is_multiplier])
+            if (.not. abs(pivot) > self%least) ends(1) = max(ends(1), -max(j - before, 0))
+            if (is_multiplier) ends(2) = max(ends(2), j - before, 0)
          end associate
       end do
       call MPI_Allreduce(here, all, size(here), MPI_INTEGER, MPI_SUM, self%processes%communicator)
+      call MPI_Allreduce(ends, last, size(ends), MPI_INTEGER, MPI_MAX, self%processes%communicator)
       bytes = 0
       if (allocated(self%factors%lower)) bytes = int(real_bytes, long)*size(self%factors%lower, kind=long)
       call MPI_Allreduce(bytes, counts%bytes, 1, MPI_INTEGER8, MPI_MAX, self%processes%communicator)
@@ -277,6 +295,7 @@ contains
       counts%negative_unknowns = all(5)
       counts%positive_multipliers = all(6)
       counts%all = self%n
+      counts%nulls_last = -last(1) > last(2)
    end subroutine count_pivots
 
    subroutine drop_matrix(self)

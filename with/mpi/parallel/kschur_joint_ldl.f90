@@ -13,7 +13,7 @@ module kschur_joint_ldl
    use kschur_sparse, only: csr_matrix_type
    use kschur_symbolic, only: analyze, symbolic_type
    use kschur_text, only: text
-   use kschur_tolerances, only: cancelled, rounding_of_sums, visible_pivot
+   use kschur_tolerances, only: cancelled, rounding_of_sums
    use kschur_tree_shares, only: largest_share
    implicit none
    private
@@ -62,7 +62,7 @@ contains
       started = clock()
       call factor(self, 0, structure%singular, error)
       if (.not. allocated(error)) then
-         call count_pivots(self, structure%multipliers > 0, counts)
+         call count_pivots(self, structure%multipliers > 0 .and. .not. structure%singular, counts)
          call examine_counts(counts, structure, error)
       end if
       self%factorize_seconds = seconds_since(started)
@@ -88,6 +88,8 @@ contains
       associate (quasi_definite => structure%multipliers > 0)
          if (counts%zero > 0) then
             call new_error(error, error_singular, "a pivot of the matrix is zero")
+         else if (structure%singular .and. quasi_definite .and. .not. counts%nulls_last) then
+            call new_error(error, error_singular, "a pivot before one of a multiplier is zero")
          else if (quasi_definite .and. counts%negative_unknowns > 0) then
             call new_error(error, error_library, "the matrix is not quasi-definite")
          else if (quasi_definite .and. counts%positive_multipliers > 0) then
@@ -170,16 +172,17 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       call self%processes%send_request([request_ldl, self%number, job_factor, side, merge(1, 0, singular)])
-      call self%part%factor(side, merge(visible_pivot, 0.0_wp, singular), error, self%monitor)
+      call self%part%factor(side, singular, error, self%monitor)
    end subroutine factor
 
-   subroutine count_pivots(self, quasi_definite, counts)
+   subroutine count_pivots(self, strict, counts)
       class(joint_ldl_type), intent(inout) :: self
-      logical, intent(in) :: quasi_definite
+      !> Whether pivots must be as large as those of quasi-definite factors, which grow with the reciprocal of the smallest one.
+      logical, intent(in) :: strict
       type(pivot_counts_type), intent(out) :: counts
 
-      call self%processes%send_request([request_ldl, self%number, job_count, merge(1, 0, quasi_definite)])
-      call self%part%count_pivots(merge(cancelled, rounding_of_sums, quasi_definite), counts)
+      call self%processes%send_request([request_ldl, self%number, job_count, merge(1, 0, strict)])
+      call self%part%count_pivots(merge(cancelled, rounding_of_sums, strict), counts)
    end subroutine count_pivots
 
    subroutine solve(self, x, error)

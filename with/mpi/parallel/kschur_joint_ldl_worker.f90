@@ -7,7 +7,7 @@ module kschur_joint_ldl_worker
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_processes, only: processes_type, request_length
    use kschur_sparse, only: csr_matrix_type
-   use kschur_tolerances, only: cancelled, rounding_of_sums, visible_pivot
+   use kschur_tolerances, only: cancelled, rounding_of_sums
    implicit none
    private
    public :: ldl_instance_type, ldl_part_type, serve_ldl
@@ -53,7 +53,7 @@ contains
          case (job_share)
             call part%share(processes, error)
          case (job_factor)
-            call part%factor(request(4), merge(visible_pivot, 0.0_wp, request(5) == 1), error)
+            call part%factor(request(4), request(5) == 1, error)
          case (job_count)
             call part%count_pivots(merge(cancelled, rounding_of_sums, request(4) == 1), counts)
          case (job_keep)
