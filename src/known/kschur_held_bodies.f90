@@ -16,8 +16,9 @@ module kschur_held_bodies
 
 contains
 
-   !> Whether the elimination order has anchors for each body of a symmetric stiffness: no mass couples bodies, as the order
-   !> follows from the pattern of K and M.
+   !> Whether the elimination order has anchors for each body of a symmetric stiffness: no mass or damper couples bodies, as the
+   !> order follows from all matrices. Where several processes have put R away it is not asked: factors are refused then if a
+   !> damper has taken the anchors of a body, as a pivot before one of a multiplier is zero.
    pure logical function are_held(problem)
       type(modal_problem_type), intent(in) :: problem
       integer :: body(problem%unknowns()), bodies, i
@@ -30,6 +31,8 @@ contains
          call join(k%row_start, k%column, body)
          bodies = count(body == [(i, i=1, size(body))])
          call join(problem%mass%row_start, problem%mass%column, body)
+         if (size(problem%damping%column) > 0) call join(problem%damping%row_start, problem%damping%column, body)
+         if (allocated(problem%loss)) call join(problem%loss%row_start, problem%loss%column, body)
          if (count(body == [(i, i=1, size(body))]) /= bodies) return
          is_free = .true.
          is_free(problem%constraints%column) = .false.

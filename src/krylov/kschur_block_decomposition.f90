@@ -15,6 +15,7 @@ module kschur_block_decomposition
    use kschur_krylov_options, only: krylov_statistics_type
    use kschur_operator, only: symmetric_operator_type
    use kschur_processes, only: processes_type
+   use kschur_random_start, only: random_start_type
    use kschur_row_sums, only: row_sums_type
    use kschur_row_team, only: row_team_type
    use kschur_tall_products_real, only: column_length, inner_products, subtract_combinations
@@ -64,6 +65,8 @@ module kschur_block_decomposition
       procedure :: full
       !> The coupling block N, as many rows as W has columns.
       procedure :: outward
+      !> What the space tells of its random start vectors.
+      procedure :: seen_from_start
       !> Writes the changing parts to a checkpoint, or reads them.
       procedure :: carry
    end type block_decomposition_type
@@ -105,6 +108,20 @@ contains
 
       outward = self%couplings(self%expanded + 1:self%vectors, :self%expanded)
    end function outward
+
+   !> Without values if the random vectors were purged.
+   function seen_from_start(self, values, vectors) result(seen)
+      class(block_decomposition_type), intent(in) :: self
+      !> All Ritz values and vectors, in terms of the expanded basis.
+      real(wp), intent(in) :: values(:), vectors(:, :)
+      type(random_start_type) :: seen
+
+      if (size(self%start) == 0) return
+      seen%values = values
+      seen%first = matmul(transpose(self%start), vectors(:size(self%start, 1), :))
+      seen%last = matmul(self%outward(), vectors)
+      seen%filter = self%filter
+   end function seen_from_start
 
    !> Allocates room for `vectors` vectors of a length.
    subroutine make_room(d, length, vectors, processes, error)

@@ -17,7 +17,6 @@ module kschur_lanczos
    use kschur_monitor, only: is_stopped, monitor_type
    use kschur_operator, only: symmetric_operator_type
    use kschur_outcome, only: reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts
-   use kschur_random_start, only: random_start_type
    use kschur_selection, only: selection_type
    implicit none
    private
@@ -202,7 +201,7 @@ contains
       complete = .not. options%verify
       if (ritz%settled .and. options%verify .and. associated(state%census)) &
          call state%census%examine(ritz%all_values, ritz%all_residuals, ritz%needed, complete, &
-            seen_from_start(state%decomposition, ritz))
+            state%decomposition%seen_from_start(ritz%values, ritz%vectors))
       crowded = .false.
       if (statistics%stalls()) crowded = is_crowded(ritz, selection)
       over = .true.
@@ -218,19 +217,6 @@ contains
          over = .false.
       end if
    end subroutine conclude
-
-   ! What the space tells of its random start vectors; without values if these were purged.
-   function seen_from_start(d, ritz) result(seen)
-      type(decomposition_type), intent(in) :: d
-      type(ritz_type), intent(in) :: ritz
-      type(random_start_type) :: seen
-
-      if (size(d%start) == 0) return
-      seen%values = ritz%values
-      seen%first = matmul(transpose(d%start), ritz%vectors(:size(d%start, 1), :))
-      seen%last = matmul(d%outward(), ritz%vectors)
-      seen%filter = d%filter
-   end function seen_from_start
 
    ! Whether a cluster of Ritz values around the last wanted one prevents convergence.
    logical function is_crowded(ritz, selection)

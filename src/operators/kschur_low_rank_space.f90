@@ -1,4 +1,4 @@
-!> Krylov space of the low-rank form: undamped Lanczos started with the states of the eigenvalue zero, a random vector and the
+!> Krylov space of the low-rank form: undamped Lanczos started with the states of the eigenvalue zero, random vectors and the
 !> responses to the local forces.
 module kschur_low_rank_space
    use kschur_block_decomposition, only: block_decomposition_type, make_room
@@ -23,7 +23,7 @@ module kschur_low_rank_space
    type, extends(block_decomposition_type) :: low_rank_space_type
       !> Current limit of the dimension.
       integer :: limit = 0
-      !> Number of start vectors: states, a random vector, responses.
+      !> Number of start vectors: states, random vectors, responses.
       integer :: begun = 0
       !> Responses and zero states in terms of the basis.
       real(wp), allocatable :: responses(:, :), zeros(:, :)
@@ -52,12 +52,14 @@ contains
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: levels = 8
-      integer :: n, r, z, room
+      integer :: n, r, z, randoms, room
       logical :: is_new
 
       n = operator%order()
       r = forces%rank()
       z = operator%deflation%zero%states()
+      ! With the responses they fill a block.
+      randoms = max(1, options%block - r)
       is_new = .not. allocated(space)
       if (is_new) then
          allocate (space)
@@ -67,12 +69,12 @@ contains
       end if
       ! Each block of responses, which are solved for together, adds r vectors.
       space%limit = z + options%subspace + merge(0, levels*r, options%observes)
-      room = 2*(r + z) + space%limit + 2
+      room = 2*(r + z + randoms) + space%limit
       call make_room(space, n, room, options%processes, error)
       if (allocated(error) .or. .not. is_new) return
       allocate (space%zeros(room, z), space%responses(room, r))
       if (z > 0) call add_zeros(space, operator, statistics, error)
-      if (.not. allocated(error)) call add_random_directions(operator, space, 1, filter, options%seed, statistics, error)
+      if (.not. allocated(error)) call add_random_directions(operator, space, randoms, filter, options%seed, statistics, error)
       if (.not. allocated(error)) call add_responses(space, operator, forces, statistics, error)
       space%begun = space%vectors
    end subroutine begin_or_continue

@@ -18,7 +18,8 @@ module kschur_low_rank_transform
    use kschur_low_rank_space, only: begin_or_continue, filter, low_rank_space_type
    use kschur_modal_selection, only: modal_selection_type
    use kschur_monitor, only: is_stopped, monitor_type
-   use kschur_outcome, only: history_type, reason_cancelled, reason_converged, reason_fewer_modes, reason_max_restarts
+   use kschur_outcome, only: certified_unknown, history_type, reason_cancelled, reason_converged, reason_fewer_modes, &
+      reason_max_restarts
    use kschur_placement, only: placement_type
    use kschur_problem, only: modal_problem_type
    use kschur_projected, only: keep_one_of_pairs
@@ -274,7 +275,11 @@ contains
       self%census%target = selection%target
       ! The furthest may be damped ones: copies of undamped modes at smaller distances are needed anyway.
       self%census%within = reach
-      call self%census%examine(check%undamped%values(order), check%undamped%residuals(order), near, complete)
+      call self%census%examine(check%undamped%values(order), check%undamped%residuals(order), near, complete, &
+         self%space%seen_from_start(check%undamped%values, check%undamped%vectors))
+      ! It counts undamped modes: that says nothing of damped ones.
+      self%certificate = self%census%certificate
+      self%certificate%verdict = certified_unknown
    end subroutine has_all_copies
 
    ! Returns the converged undamped eigenvalues, which give the scale of the problem, without those of rigid motions.

@@ -32,12 +32,11 @@ contains
 
       ! More vectors are linearly dependent.
       block = min(s%options%block, s%work%unknowns())
-      ! The low-rank form makes its blocks itself, of the responses to local forces.
-      if (s%formulation == formulation_low_rank .or. s%dense) block = 1
+      if (s%dense) block = 1
       if (block > 0) return
       solver => s%transform%linear_solver()
       block = cheapest_block(solver%factor_entries, int(s%work%unknowns(), long)*(values + extra_vectors), values, &
-         any(s%formulation == [formulation_symmetric, formulation_proportional]))
+         any(s%formulation == [formulation_symmetric, formulation_proportional, formulation_low_rank]))
       ! An iteration with several vectors finds copies, and needs no verification if all eigenvalues differ.
       if (allocated(s%last) .and. s%formulation == formulation_quadratic) block = max(block, least_with_modes)
    end function chosen_block

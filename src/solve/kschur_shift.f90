@@ -366,8 +366,7 @@ contains
 
       scale = 0
       if (present(spread)) spread = 1
-      block = 1
-      if (s%formulation /= formulation_low_rank) block = chosen_block(s, merge(1, 2, s%transform%map%oscillator)*s%options%modes)
+      block = chosen_block(s, merge(1, 2, s%transform%map%oscillator)*s%options%modes)
       selection = modal_selection_type(s%options%modes, s%transform%map, s%transform%shift, s%options%target, &
          s%known%deflation%eigenvalues(), s%is_lossy())
       ! A mode is one eigenvalue omega^2, or two lambda.

@@ -180,8 +180,9 @@ def check_modes(name, solved, expected):
 
 
 def check_ldl(folder):
-    """The same factorisations, modes and certificate of a solid on any number of processes: free, damped, and with constraints."""
-    for name, words in (("free", ["block", "--cells", 4]), ("constrained", ["crank", "--density", 2])):
+    """The same factorisations, modes and certificate of a solid on any number of processes: free, damped, with constraints, and
+    with anchors, so that it is factored as it is."""
+    for name, words in (("free", ["block", "--cells", 4]), ("constrained", ["crank", "--density", 2]), ("tied", ["crank", "--density", 4])):
         problem = folder / f"{name}.h5"
         run(0, "scene", *words, "--output", problem)
         _, alone = solve(0, problem, "--modes", 12)
