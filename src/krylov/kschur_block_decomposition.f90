@@ -52,6 +52,8 @@ module kschur_block_decomposition
       real(wp), allocatable :: start(:, :)
       !> f
       integer :: filter = 0
+      !> Norms below which columns were discarded as rounding errors: so far C V = V T + W N may be wrong.
+      real(wp) :: discarded = 0
       !> B W, without the last orthogonalisation of W.
       real(wp), allocatable :: images(:, :)
       !> Whether the operator takes distributed vectors; the processes that share them, and their sums.
@@ -88,6 +90,7 @@ contains
       call archive%carry(self%random_state)
       call archive%carry(self%start)
       call archive%carry(self%filter)
+      call archive%carry(self%discarded)
    end subroutine carry
 
    pure logical function closed(self)
@@ -121,6 +124,7 @@ contains
       seen%first = matmul(transpose(self%start), vectors(:size(self%start, 1), :))
       seen%last = matmul(self%outward(), vectors)
       seen%filter = self%filter
+      seen%discarded = self%discarded
    end function seen_from_start
 
    !> Allocates room for `vectors` vectors of a length.
@@ -222,6 +226,7 @@ contains
             call operator%apply_metric(x(:, :q), images(:, :q), error)
             if (allocated(error)) return
             call orthonormalize_among(x(:, :q), images(:, :q), negligible, d%sums, triangle, kept)
+            if (kept < q) d%discarded = max(d%discarded, negligible)
             negligible = 0
             taken = .false.
          end if

@@ -20,6 +20,8 @@ module kschur_random_start
       real(wp), allocatable :: first(:, :), last(:, :)
       !> f
       integer :: filter = 0
+      !> Norm of what was discarded from the residuals.
+      real(wp) :: discarded = 0
    contains
       procedure :: chance_of_missing
    end type random_start_type
@@ -55,7 +57,7 @@ contains
          if (self%values(order(i)) - self%values(order(i - 1)) > 2*separation*self%values(order(i))) cluster(i) = cluster(i) + 1
       end do
       ! Rounding of the vectors s, as long as N in N s.
-      noise = epsilon(1.0_wp)*norm2(self%last)
+      noise = max(epsilon(1.0_wp)*norm2(self%last), self%discarded)
       below = beyond_border(self, border)
       ! One that is near to none.
       chance = chance_of(1, [integer ::], separation*self%values(order))

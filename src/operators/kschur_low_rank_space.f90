@@ -1,6 +1,7 @@
 !> Krylov space of the low-rank form: undamped Lanczos started with the states of the eigenvalue zero, random vectors and the
 !> responses to the local forces.
 module kschur_low_rank_space
+   use kschur_archive, only: archive_type
    use kschur_block_decomposition, only: block_decomposition_type, make_room
    use kschur_block_lanczos, only: add_directions, add_random_directions, expand_block
    use kschur_error, only: error_type
@@ -37,6 +38,7 @@ module kschur_low_rank_space
       procedure :: expanded_responses
       !> The zero states in terms of the Ritz vectors.
       procedure :: states
+      procedure :: carry
    end type low_rank_space_type
 
 contains
@@ -113,6 +115,16 @@ contains
       if (r > 0) call add_directions(operator, space, x, space%responses, statistics, error)
       statistics%operator_applications = statistics%operator_applications + r
    end subroutine add_responses
+
+   subroutine carry(self, archive)
+      class(low_rank_space_type), intent(inout) :: self
+      type(archive_type), intent(inout) :: archive
+
+      call self%block_decomposition_type%carry(archive)
+      call archive%carry(self%begun)
+      call archive%carry(self%responses)
+      call archive%carry(self%zeros)
+   end subroutine carry
 
    pure logical function at_end(self)
       class(low_rank_space_type), intent(in) :: self

@@ -32,11 +32,14 @@ contains
 
       ! More vectors are linearly dependent.
       block = min(s%options%block, s%work%unknowns())
-      if (s%dense) block = 1
+      ! Without restarts, the low-rank form needs many steps in a subspace of the options.
+      if (s%dense .or. (block == 0 .and. s%formulation == formulation_low_rank .and. s%options%subspace > 0)) block = 1
       if (block > 0) return
       solver => s%transform%linear_solver()
       block = cheapest_block(solver%factor_entries, int(s%work%unknowns(), long)*(values + extra_vectors), values, &
          any(s%formulation == [formulation_symmetric, formulation_proportional, formulation_low_rank]))
+      ! Beside the responses that leaves random vectors enough to prove double modes complete: a count costs more.
+      if (block > 1 .and. s%formulation == formulation_low_rank) block = maxval(blocks)
       ! An iteration with several vectors finds copies, and needs no verification if all eigenvalues differ.
       if (allocated(s%last) .and. s%formulation == formulation_quadratic) block = max(block, least_with_modes)
    end function chosen_block

@@ -268,7 +268,7 @@ contains
       here = 0
       ! The first column with a replaced pivot, with a minus sign, and the last one of a multiplier, among the common ones; those
       ! before may be eliminated in any order, and are number 0.
-      ends = [-self%n, -1]
+      ends = [-self%n - 1, -1]
       before = self%symbolic%first(self%common%first) - 1
       do k = 1, size(self%unknown)
          j = self%column(k)
