@@ -69,7 +69,7 @@ contains
 
       real(wp) :: residual, rounding
 
-      residual = products%residual(l, lambda)
+      residual = products%norm_of_forces(l, [lambda**2, lambda], 1.0_wp)
       error = max(residual_error(products, l, lambda, residual, norms), violation_of(products, l, norms))
       bound = ieee_value(1.0_wp, ieee_quiet_nan)
       if (.not. abs(lambda) > 0) then
@@ -80,7 +80,7 @@ contains
          if (is_motion) rounding = merge(2, 1, norms(4) > 0)*rounding_of_row
          rounding = rounding*products%length(l)*level_of(lambda, [norms(:2), merge(0.0_wp, norms(3), is_motion)])
          ! With constraints the reactions take part in the balance of M and R, so that its residual says nothing.
-         if (is_motion) residual = merge(0.0_wp, products%residual_of_decay(l, lambda), norms(4) > 0)
+         if (is_motion) residual = merge(0.0_wp, products%norm_of_forces(l, [lambda**2, lambda], 0.0_wp), norms(4) > 0)
          bound = bound_of(products, l, lambda, max(residual, rounding)*products%length(l) + products%constraints%effect(l))
       end if
    end subroutine judge
@@ -117,9 +117,11 @@ contains
       integer, intent(in) :: l
       complex(wp), intent(in) :: lambda
       real(wp), intent(in) :: error, norms(4)
+      complex(wp), parameter :: none = 0, one = 1
 
       bound = huge(1.0_wp)
-      associate (inertia => products%inertia(l), slope => products%slope(l, lambda), &
+      associate (inertia => products%norm_of_forces(l, [one, none], 0.0_wp), &
+         slope => products%norm_of_forces(l, [2*lambda, one], 0.0_wp), &
          force => max(error, epsilon(1.0_wp))*level_of(lambda, norms)*products%length(l))
          if (slope + sqrt(inertia*force) > 0) bound = 2*force/(slope + sqrt(slope**2 + 4*inertia*force))
       end associate

@@ -21,8 +21,6 @@ module kschur_constraint_products
    contains
       !> xi^T Cq phi of pair l, summed in more than the working precision.
       procedure :: work_of
-      !> The products of the real part of a multiple of pair l.
-      procedure :: real_part
    end type constraint_products_type
 
 contains
@@ -91,21 +89,4 @@ contains
       work = cmplx(self%work(1, 1, l), self%work(1, 2, l), xp)
       if (size(self%work, 1) == 2) work = work + cmplx(-self%work(2, 2, l), self%work(2, 1, l), xp)
    end function work_of
-
-   !> The products of the real part of factor times pair l.
-   pure function real_part(self, l, factor) result(part)
-      class(constraint_products_type), intent(in) :: self
-      integer, intent(in) :: l
-      complex(wp), intent(in) :: factor
-      type(constraint_products_type) :: part
-      ! Weights of the real and the imaginary part of a vector.
-      real(xp) :: weights(2)
-
-      weights = [real(factor, xp), -real(aimag(factor), xp)]
-      allocate (part%violation, source=abs(factor)*self%violation(l:l))
-      allocate (part%reaction, source=abs(factor)*self%reaction(l:l))
-      allocate (part%effect, source=abs(factor)**2*self%effect(l:l))
-      allocate (part%work(1, 2, 1), source=0.0_xp)
-      part%work(1, 1, 1) = dot_product(weights(:size(self%work, 1)), matmul(self%work(:, :, l), weights))
-   end function real_part
 end module kschur_constraint_products

@@ -36,12 +36,12 @@ contains
       !> Estimates of the errors of the eigenvalues (1/s): these bounds, or where not known the lower limit of any bound.
       real(wp), allocatable, intent(out) :: uncertainty(:)
       type(csr_matrix_type) :: transposed
-      type(products_type) :: products
-      type(eigenpairs_type) :: copies
-      complex(wp) :: factor
+      type(products_type) :: products, products_on_axis
+      type(eigenpairs_type) :: copies, on_axis
       real(wp) :: norms(4)
       integer, allocatable :: double_real(:)
       integer :: first, last, j, k, l
+      logical :: moved
 
       k = size(pairs%lambda)
       transposed = transpose_csr(problem%constraints)
@@ -56,24 +56,26 @@ contains
          call multiply_pairs(problem, transposed, pairs, first, last, problem%symmetric, products)
          do j = first, last
             l = j - first + 1
-            factor = 0
+            moved = .false.
             if (.not. refined) then
                if (j <= k - rigid) then
-                  call correct_pair(problem, pairs, j, products%forms(:, l))
+                  ! The left vector is the conjugate of phi.
+                  if (problem%symmetric) call move_to_root(products%forms(:, l), pairs%lambda(j))
+                  if (problem%damping_kind == damping_none .and. .not. allocated(problem%loss)) &
+                     call move_to_axis(problem, pairs, j)
                else if (problem%symmetric .and. is_rigid_decay(products, l, pairs%lambda(j))) then
                   ! Its stiffness is rounding, and left out of the functional.
                   call move_to_root([products%forms(:2, l), cmplx(0, kind=xp)], pairs%lambda(j))
                end if
-               call move_to_real_axis(problem, pairs, j, products, l, factor)
+               call move_to_real_axis(problem, transposed, pairs, j, on_axis, products_on_axis, moved)
             end if
-            if (is_paired(pairs, j) .and. .not. abs(aimag(pairs%lambda(j))) > 0) then
+            if (pairs%paired(j) .and. .not. abs(aimag(pairs%lambda(j))) > 0) then
                double_real = [double_real, j]
                call append_pairs(copies, second_copy(pairs, j))
             end if
-            if (abs(factor) > 0) then
-               call make_real(pairs, j, factor)
-               call judge(problem%symmetric, norms, products%real_part(l, factor), 1, pairs%lambda(j), j > k - rigid, &
-                  errors(j), bounds(j))
+            if (moved) then
+               call replace_pair(pairs, j, on_axis)
+               call judge(problem%symmetric, norms, products_on_axis, 1, pairs%lambda(j), j > k - rigid, errors(j), bounds(j))
             else
                call judge(problem%symmetric, norms, products, l, pairs%lambda(j), j > k - rigid, errors(j), bounds(j))
             end if
@@ -98,15 +100,6 @@ contains
          end associate
       end associate
    end function is_rigid_decay
-
-   ! Whether pair j stands for itself and its conjugate.
-   pure logical function is_paired(pairs, j)
-      type(eigenpairs_type), intent(in) :: pairs
-      integer, intent(in) :: j
-
-      is_paired = .false.
-      if (allocated(pairs%paired)) is_paired = pairs%paired(j)
-   end function is_paired
 
    ! Appends the second copies of double real eigenvalues. Their shapes are the imaginary parts of the first ones or, if these are
    ! no eigenvectors, as of a defective eigenvalue, the first shapes again.
@@ -160,18 +153,6 @@ contains
       copy%xi = aimag(phase*copy%xi)/length
    end function second_copy
 
-   ! Corrects the eigenvalue of pair j. In a symmetric problem, where the left vector is the conjugate of phi, moves it to the
-   ! nearest root of phi^T P(lambda) phi; without damping and losses, then moves it to an axis, where lambda^2 is real.
-   subroutine correct_pair(problem, pairs, j, forms)
-      type(modal_problem_type), intent(in) :: problem
-      type(eigenpairs_type), intent(inout) :: pairs
-      integer, intent(in) :: j
-      complex(xp), intent(in) :: forms(3)
-
-      if (problem%symmetric) call move_to_root(forms, pairs%lambda(j))
-      if (problem%damping_kind == damping_none .and. .not. allocated(problem%loss)) call move_to_axis(problem, pairs, j)
-   end subroutine correct_pair
-
    ! Moves lambda to the nearest root of forms(1) lambda^2 + forms(2) lambda + forms(3), if that is a relative change of at most
    ! `correctable`.
    pure subroutine move_to_root(forms, lambda)
@@ -191,8 +172,8 @@ contains
       if (abs(roots(nearest) - lambda) <= correctable*abs(lambda)) lambda = cmplx(roots(nearest), kind=wp)
    end subroutine move_to_root
 
-   ! Moves the eigenvalue of an undamped problem to the nearer axis, if it is near and the residual there is no larger than rounding
-   ! allows: lambda^2 is real if the problem is symmetric, and may be complex otherwise.
+   ! Moves the eigenvalue of an undamped problem to the nearer axis, if it is near: lambda^2 is real if the problem is symmetric,
+   ! and may be complex otherwise.
    subroutine move_to_axis(problem, pairs, j)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(inout) :: pairs
@@ -202,63 +183,103 @@ contains
       associate (lambda => pairs%lambda(j))
          on_axis = cmplx(0, aimag(lambda), wp)
          if (abs(aimag(lambda)) < abs(real(lambda, wp))) on_axis = cmplx(real(lambda, wp), 0, wp)
-         if (.not. abs(lambda - on_axis) > 0 .or. abs(lambda - on_axis) > blurred_value*abs(lambda)) return
-         if (residual_at(problem, pairs, j, on_axis) <= &
-            max(cancelled, allowed_residual(residual_at(problem, pairs, j, lambda)))) lambda = on_axis
+         if (abs(lambda - on_axis) > 0 .and. abs(lambda - on_axis) <= blurred_value*abs(lambda)) &
+            call move_eigenvalue(problem, pairs, j, on_axis)
       end associate
    end subroutine move_to_axis
 
-   ! Moves the eigenvalue of pair j to the real axis if it is near, and if the real part of the shape, rotated to be as real as
-   ! possible, has a residual there that is no larger than rounding allows. With losses the shape stays as it is.
-   subroutine move_to_real_axis(problem, pairs, j, products, l, factor)
+   ! Moves the eigenvalue of pair j, but not its shape, if the residual there is no larger than rounding allows.
+   subroutine move_eigenvalue(problem, pairs, j, lambda)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(inout) :: pairs
       integer, intent(in) :: j
-      !> Products of a few pairs, and the position l of pair j among them.
-      type(products_type), intent(in) :: products
-      integer, intent(in) :: l
-      !> The factor of the shape whose real part belongs to the real eigenvalue; zero: the pair stays as it is.
-      complex(wp), intent(out) :: factor
-      type(products_type) :: rotated
-      complex(wp) :: on_axis, rotation
+      complex(wp), intent(in) :: lambda
+      type(eigenpairs_type) :: moved
+      integer :: i
+
+      moved = chosen_pairs(pairs, [(i == j, i=1, size(pairs%lambda))])
+      moved%lambda = lambda
+      if (residual_of(problem, moved, 1) <= max(cancelled, allowed_residual(residual_of(problem, pairs, j)))) &
+         pairs%lambda(j) = lambda
+   end subroutine move_eigenvalue
+
+   ! Moves the eigenvalue of pair j to the real axis if it is near, and if the real part of the shape, rotated to be as real as
+   ! possible, has a residual there that is no larger than rounding allows. With losses the shape stays as it is.
+   subroutine move_to_real_axis(problem, transposed, pairs, j, on_axis, products, moved)
+      type(modal_problem_type), intent(in) :: problem
+      !> Cq^T.
+      type(csr_matrix_type), intent(in) :: transposed
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer, intent(in) :: j
+      !> The real pair, and its products.
+      type(eigenpairs_type), intent(inout) :: on_axis
+      type(products_type), intent(inout) :: products
+      !> Whether that takes the place of pair j, whose eigenvalue is moved.
+      logical, intent(out) :: moved
       real(wp) :: limit
       real(xp) :: forms(3), terms
 
-      factor = 0
+      moved = .false.
       associate (lambda => pairs%lambda(j))
          if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > blurred_value*abs(lambda)) return
-         on_axis = cmplx(real(lambda, wp), 0, wp)
          if (allocated(problem%loss)) then
             ! Losses take eigenvalues off the axis, and shapes of real ones need not be real.
-            if (abs(aimag(lambda)) > real_tolerance*abs(lambda)) return
-            if (residual_at(problem, pairs, j, on_axis) <= &
-               max(cancelled, allowed_residual(residual_at(problem, pairs, j, lambda)))) lambda = on_axis
+            if (abs(aimag(lambda)) <= real_tolerance*abs(lambda)) &
+               call move_eigenvalue(problem, pairs, j, cmplx(real(lambda, wp), 0, wp))
             return
          end if
-         rotation = real_phase(cmplx(products%square(l), kind=wp))
-         rotated = products%real_part(l, rotation)
-         if (.not. rotated%length(1) > 0) return
-         rotation = rotation/rotated%length(1)
-         limit = residual_at(problem, pairs, j, lambda)
-         if (problem%symmetric .and. is_paired(pairs, j)) then
+         on_axis = real_pair(pairs, j)
+         if (.not. norm2(on_axis%real_phi) > 0) return
+         call multiply_pairs(problem, transposed, on_axis, 1, 1, problem%symmetric, products)
+         limit = residual_of(problem, pairs, j)
+         if (problem%symmetric .and. pairs%paired(j)) then
             ! The real shape u must give u^T P(lambda) u real roots, or a double one to rounding.
-            forms = real(rotated%forms(:, 1), xp)
+            forms = real(products%forms(:, 1), xp)
             terms = forms(2)**2 + 4*abs(forms(1)*forms(3))
             if (.not. (forms(2)**2 - 4*forms(1)*forms(3) >= -rounding_of_row*terms)) return
             limit = allowed_residual(sqrt(limit))
-         else if (.not. is_paired(pairs, j) .and. abs(aimag(lambda)) <= real_tolerance*abs(lambda)) then
+         else if (.not. pairs%paired(j) .and. abs(aimag(lambda)) <= real_tolerance*abs(lambda)) then
             limit = max(real_tolerance, allowed_residual(limit))
-         else if (is_paired(pairs, j)) then
+         else if (pairs%paired(j)) then
             ! A pair counts as two eigenvalues either way: an inaccurate one is left for polishing to decide.
             limit = allowed_residual(min(limit, cancelled))
          else
             limit = allowed_residual(limit)
          end if
-         if (.not. residual_at(problem, pairs, j, on_axis, rotation) <= limit) return
-         lambda = on_axis
-         factor = rotation
+         moved = residual_of(problem, on_axis, 1) <= limit
+         if (moved) lambda = on_axis%lambda(1)
       end associate
    end subroutine move_to_real_axis
+
+   ! Pair j on the real axis: the real part, of unit norm, of its shape rotated to be as real as possible.
+   function real_pair(pairs, j) result(pair)
+      type(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: j
+      type(eigenpairs_type) :: pair
+      complex(wp) :: phi(pairs%rows()), phase
+      real(wp) :: length
+
+      phi = pairs%column(j)
+      phase = real_phase(sum(phi**2))
+      length = max(norm2(real(phase*phi, wp)), tiny(1.0_wp))
+      allocate (pair%lambda(1), source=cmplx(real(pairs%lambda(j), wp), 0, wp))
+      allocate (pair%real_phi, source=reshape(real(phase*phi, wp)/length, [size(phi), 1]))
+      allocate (pair%xi, source=cmplx(real(phase*pairs%xi(:, j:j), wp)/length, 0, wp))
+   end function real_pair
+
+   ! Replaces shape and multipliers of pair j by those of a real pair.
+   pure subroutine replace_pair(pairs, j, pair)
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer, intent(in) :: j
+      type(eigenpairs_type), intent(in) :: pair
+
+      if (pairs%is_real()) then
+         pairs%real_phi(:, j) = pair%real_phi(:, 1)
+      else
+         pairs%phi(:, j) = pair%real_phi(:, 1)
+      end if
+      pairs%xi(:, j) = pair%xi(:, 1)
+   end subroutine replace_pair
 
    ! The largest residual that counts as equal to a given one: rounding may increase it tenfold, or to 16 epsilon.
    elemental real(wp) function allowed_residual(error)
@@ -267,36 +288,16 @@ contains
       allowed_residual = max(10*error, 16*epsilon(1.0_wp))
    end function allowed_residual
 
-   ! The residual of pair j, relative to its terms, at another lambda and with the real part of factor times the shape. It is not
-   ! normwise, so that it does not depend on units: a large force in one unit would hide imaginary parts in others.
-   real(wp) function residual_at(problem, pairs, j, lambda, factor) result(error)
+   ! The residual of pair j, relative to its terms. It is not normwise, so that it does not depend on units: a large force in one
+   ! unit would hide imaginary parts in others.
+   real(wp) function residual_of(problem, pairs, j)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: j
-      complex(wp), intent(in) :: lambda
-      complex(wp), optional, intent(in) :: factor
-      type(eigenpairs_type) :: pair
       integer :: i
 
-      pair = chosen_pairs(pairs, [(i == j, i=1, size(pairs%lambda))])
-      pair%lambda = lambda
-      if (present(factor)) call make_real(pair, 1, factor)
-      error = sum(residual_parts(problem, pair, [.true.]))
-   end function residual_at
-
-   ! Replaces shape and multipliers of pair j by the real part of factor times them.
-   pure subroutine make_real(pairs, j, factor)
-      type(eigenpairs_type), intent(inout) :: pairs
-      integer, intent(in) :: j
-      complex(wp), intent(in) :: factor
-
-      if (pairs%is_real()) then
-         pairs%real_phi(:, j) = real(factor, wp)*pairs%real_phi(:, j)
-      else
-         pairs%phi(:, j) = real(factor*pairs%phi(:, j), wp)
-      end if
-      pairs%xi(:, j) = real(factor*pairs%xi(:, j), wp)
-   end subroutine make_real
+      residual_of = sum(residual_parts(problem, pairs, [(i == j, i=1, size(pairs%lambda))]))
+   end function residual_of
 
    ! The factor of modulus one that makes a vector x as real as possible, from x^T x.
    pure complex(wp) function real_phase(square) result(phase)

@@ -31,18 +31,8 @@ module kschur_products
       !> summed in extended precision, phi^T (K phi + i H phi + Cq^T xi) + xi^T Cq phi.
       complex(xp), allocatable :: forms(:, :)
    contains
-      !> phi^T phi of pair l.
-      procedure :: square
-      !> ||P(lambda) phi + Cq^T xi|| of pair l.
-      procedure :: residual
-      !> The residual without stiffness and constraints, ||lambda^2 M phi + lambda R phi||, of pair l.
-      procedure :: residual_of_decay
-      !> ||P'(lambda) phi||, P' = 2 lambda M + R, of pair l.
-      procedure :: slope
-      !> ||M phi|| of pair l.
-      procedure :: inertia
-      !> The products of the real part of factor times pair l.
-      procedure :: real_part
+      !> The norm of a combination of the forces of pair l.
+      procedure :: norm_of_forces
    end type products_type
 
 contains
@@ -266,16 +256,6 @@ contains
       end do
    end subroutine multiply_extended
 
-   !> phi^T phi of pair l.
-   pure complex(xp) function square(self, l)
-      class(products_type), intent(in) :: self
-      integer, intent(in) :: l
-
-      associate (phi => self%phi(:, self%parts*(l - 1) + 1:self%parts*l))
-         square = bilinear(phi, phi)
-      end associate
-   end function square
-
    ! The coefficients of Rayleigh's functional of pair l; the last one is 0 unless forces were summed in extended precision.
    pure function forms_of(products, l, extended) result(forms)
       type(products_type), intent(in) :: products
@@ -307,38 +287,12 @@ contains
       bilinear = cmplx(sums(1, 1) - sums(2, 2), sums(1, 2) + sums(2, 1), xp)
    end function bilinear
 
-   !> ||P(lambda) phi + Cq^T xi|| of pair l.
-   real(wp) function residual(self, l, lambda)
+   !> ||a M phi + b R phi + c (K phi + i H phi + Cq^T xi)|| of pair l: for a = lambda^2, b = lambda and c = 1 that of the residual.
+   !> The sums of row panels are added up in order, so that the result does not depend on the number of threads.
+   real(wp) function norm_of_forces(self, l, weights, static_weight) result(norm)
       class(products_type), intent(in) :: self
       integer, intent(in) :: l
-      complex(wp), intent(in) :: lambda
-
-      residual = norm_of_combination(self, l, [lambda**2, lambda], 1.0_wp)
-   end function residual
-
-   !> ||lambda^2 M phi + lambda R phi|| of pair l.
-   real(wp) function residual_of_decay(self, l, lambda) result(residual)
-      class(products_type), intent(in) :: self
-      integer, intent(in) :: l
-      complex(wp), intent(in) :: lambda
-
-      residual = norm_of_combination(self, l, [lambda**2, lambda], 0.0_wp)
-   end function residual_of_decay
-
-   !> ||2 lambda M phi + R phi|| of pair l.
-   real(wp) function slope(self, l, lambda)
-      class(products_type), intent(in) :: self
-      integer, intent(in) :: l
-      complex(wp), intent(in) :: lambda
-
-      slope = norm_of_combination(self, l, [2*lambda, (1.0_wp, 0.0_wp)], 0.0_wp)
-   end function slope
-
-   ! The norm of weights(1) M phi + weights(2) R phi + static_weight (K phi + i H phi + Cq^T xi) of pair l. The sums of row panels
-   ! are added up in order, so that the result does not depend on the number of threads.
-   real(wp) function norm_of_combination(self, l, weights, static_weight) result(norm)
-      type(products_type), intent(in) :: self
-      integer, intent(in) :: l
+      !> a and b; c.
       complex(wp), intent(in) :: weights(2)
       real(wp), intent(in) :: static_weight
       real(xp), allocatable :: squares(:)
@@ -352,9 +306,9 @@ contains
       end do
       !$omp end parallel do
       norm = real(sqrt(sum(squares)), wp)
-   end function norm_of_combination
+   end function norm_of_forces
 
-   ! The sum of squares of rows first..last of the combination in `norm_of_combination`.
+   ! The sum of squares of rows first..last of the combination in `norm_of_forces`.
    pure real(xp) function square_of_combination(self, l, weights, static_weight, first, last) result(square)
       type(products_type), intent(in) :: self
       integer, intent(in) :: l, first, last
@@ -375,14 +329,6 @@ contains
       end if
       square = dot(sums(:, 1), sums(:, 1)) + dot(sums(:, 2), sums(:, 2))
    end function square_of_combination
-
-   !> ||M phi|| of pair l.
-   pure real(wp) function inertia(self, l)
-      class(products_type), intent(in) :: self
-      integer, intent(in) :: l
-
-      inertia = norm_of(self%mass(:, self%parts*(l - 1) + 1:self%parts*l))
-   end function inertia
 
    ! The Frobenius norm, summed in extended precision, in which squares do not overflow.
    pure real(wp) function norm_of(x) result(norm)
@@ -419,35 +365,4 @@ contains
       end do
       dot = (first + second) + (third + fourth)
    end function dot
-
-   !> The products of the real part of factor times pair l, as those of a real pair.
-   pure function real_part(self, l, factor) result(part)
-      class(products_type), intent(in) :: self
-      integer, intent(in) :: l
-      complex(wp), intent(in) :: factor
-      type(products_type) :: part
-      integer :: first, last
-
-      first = self%parts*(l - 1) + 1
-      last = self%parts*l
-      allocate (part%phi, source=real_of(factor, self%phi(:, first:last)))
-      allocate (part%mass, source=real_of(factor, self%mass(:, first:last)))
-      allocate (part%damping, source=real_of(factor, self%damping(:, first:last)))
-      allocate (part%static_forces(size(part%phi, 1), 2), source=0.0_wp)
-      part%constraints = self%constraints%real_part(l, factor)
-      part%static_forces(:, 1:1) = real_of(factor, self%static_forces(:, 2*l - 1:2*l))
-      allocate (part%length(1), source=norm_of(part%phi))
-      allocate (part%forms(3, 1))
-      part%forms(:, 1) = forms_of(part, 1, extended=.true.)
-   end function real_part
-
-   ! The real part of factor times a vector given by its parts.
-   pure function real_of(factor, x) result(part)
-      complex(wp), intent(in) :: factor
-      real(wp), contiguous, intent(in) :: x(:, :)
-      real(wp) :: part(size(x, 1), 1)
-
-      part(:, 1) = real(factor, wp)*x(:, 1)
-      if (size(x, 2) == 2) part(:, 1) = part(:, 1) - aimag(factor)*x(:, 2)
-   end function real_of
 end module kschur_products
