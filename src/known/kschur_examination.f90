@@ -180,13 +180,10 @@ contains
    subroutine rigid_motions(self, motions)
       class(examination_type), intent(in) :: self
       real(wp), allocatable, intent(out) :: motions(:, :)
-      integer, allocatable :: zeros(:)
-      integer :: i, j
+      integer :: j
 
       associate (rigid => self%rigid)
-         allocate (zeros, source=pack([(j, j=1, size(rigid%lambda))], .not. abs(rigid%lambda) > 0))
-         allocate (motions(rigid%rows(), size(zeros)), source=reshape([(real(rigid%column(zeros(i)), wp), i=1, size(zeros))], &
-            [rigid%rows(), size(zeros)]))
+         motions = rigid%real_phi(:, pack([(j, j=1, size(rigid%lambda))], .not. abs(rigid%lambda) > 0))
       end associate
    end subroutine rigid_motions
 

@@ -374,22 +374,10 @@ contains
       integer, intent(in) :: columns
       type(csr_matrix_type), intent(out) :: matrix
       type(error_type), allocatable, intent(out) :: error
-      integer, allocatable :: row(:), column(:)
-      real(wp), allocatable :: value(:)
-      integer :: i, k
+      integer :: i
 
-      allocate (row(sum([(size(rows(i)%column), i=1, size(rows))])))
-      allocate (column(size(row)), value(size(row)))
-      k = 0
-      do i = 1, size(rows)
-         associate (length => size(rows(i)%column))
-            row(k + 1:k + length) = i
-            column(k + 1:k + length) = rows(i)%column
-            value(k + 1:k + length) = real(rows(i)%value, wp)
-            k = k + length
-         end associate
-      end do
-      call new_csr_from_triplets(matrix, size(rows), columns, row, column, value, error)
+      call new_csr_from_triplets(matrix, size(rows), columns, [(spread(i, 1, size(rows(i)%column)), i=1, size(rows))], &
+         [(rows(i)%column, i=1, size(rows))], [(real(rows(i)%value, wp), i=1, size(rows))], error)
    end subroutine assemble
 
    ! Computes exponents of powers of two for rows and columns that minimize the sum of squares of the logarithms of the scaled

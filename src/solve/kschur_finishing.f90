@@ -266,25 +266,18 @@ contains
       !> Whether the problem has losses.
       logical, intent(in) :: lossy
       type(cluster_type), allocatable, intent(out) :: suspects(:)
-      type(cluster_type), allocatable :: clusters(:)
       real(wp), allocatable :: discs(:)
-      logical, allocatable :: suspect(:)
-      integer :: i, j
+      integer :: i
 
       allocate (discs, source=same_value*abs(modes%lambda))
       where (judgement%poor) discs = max(discs, min(judgement%uncertainty, no_correct_digits*abs(modes%lambda)))
-      call split(modes%lambda, discs, clusters, lossy=lossy)
-      allocate (suspect, source=[(is_suspect(clusters(i)), i=1, size(clusters))])
-      allocate (suspects(count(suspect)))
-      j = 0
-      do i = 1, size(clusters)
-         if (.not. suspect(i)) cycle
-         j = j + 1
-         suspects(j) = clusters(i)
-         associate (members => clusters(i)%members)
-            suspects(j)%disc = 0
-            if (any(judgement%poor(members))) call suspects(j)%widen(no_correct_digits)
-            if (any(judgement%doubtful(members))) call suspects(j)%widen(doubtful_radius)
+      call split(modes%lambda, discs, suspects, lossy=lossy)
+      suspects = pack(suspects, [(is_suspect(suspects(i)), i=1, size(suspects))])
+      do i = 1, size(suspects)
+         suspects(i)%disc = 0
+         associate (members => suspects(i)%members)
+            if (any(judgement%poor(members))) call suspects(i)%widen(no_correct_digits)
+            if (any(judgement%doubtful(members))) call suspects(i)%widen(doubtful_radius)
          end associate
       end do
 

@@ -11,7 +11,6 @@ module kschur_preparation
    use kschur_formulation, only: is_structured
    use kschur_kinds, only: long, wp
    use kschur_memory, only: require_memory
-   use kschur_modes, only: modes_type, no_modes
    use kschur_notes, only: named, note_dependence, note_penalties, note_problem
    use kschur_options, only: formulation_proportional, formulation_quadratic, formulation_symmetric
    use kschur_presolve, only: presolve
@@ -71,7 +70,6 @@ contains
    subroutine examine(s, error)
       type(solve_context_type), target, intent(inout) :: s
       type(error_type), allocatable, intent(out) :: error
-      type(modes_type) :: no_rigid_motions
       type(dependence_type) :: dependence
       type(eigenpairs_type) :: rigid
       integer(long) :: started
@@ -80,8 +78,8 @@ contains
       call note_penalties(s%problem, s%notes)
       call note_suspicions(s%problem, s%notes)
       if (s%plan%unknowns_after == 0) then
-         no_rigid_motions = no_modes(s%problem%unknowns(), s%problem%multipliers())
-         s%known%rigid = no_rigid_motions%eigenpairs_type
+         allocate (rigid%lambda(0), rigid%real_phi(s%problem%unknowns(), 0), rigid%xi(s%problem%multipliers(), 0))
+         call move_pairs(rigid, s%known%rigid)
          call note_problem(s%work, s%problem%multipliers(), s%known%redundant, s%notes)
          return
       end if

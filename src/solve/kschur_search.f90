@@ -208,6 +208,7 @@ contains
       ! Factor that avoids the first shift; from a shift beyond this multiple of the highest frequency all eigenvalues look alike.
       real(wp), parameter :: off_first_shift = 3, beyond_all = 10
       type(eigenpairs_type) :: found
+      type(modes_type) :: more
       type(krylov_statistics_type) :: statistics
       class(transform_type), allocatable :: first_transform
       real(wp) :: first_scale, complete_radius
@@ -243,7 +244,10 @@ contains
          s%known%deflation%locked = eigenpairs_type()
          if (allocated(error)) exit
          call s%end_step(phase_recover)
-         call add_pairs(s, found, first_scale, modes)
+         call append_pairs(found, s%contract(s%known%rigid))
+         call judge_pairs(s%work, mode_request_type(target=s%options%target, rigid=size(s%known%rigid%lambda), &
+            reference=first_scale), found, more)
+         call add_modes(more, modes)
          call finish_modes(s, modes, error)
          if (allocated(error)) exit
          call drop_spurious(modes)
@@ -317,22 +321,6 @@ contains
          call normalize(modes, j)
       end do
    end subroutine contract_modes
-
-   ! Judges the pairs from another shift, and appends those that are not among the modes.
-   subroutine add_pairs(s, more, reference, modes)
-      type(solve_context_type), intent(in) :: s
-      !> The pairs, invalid on return.
-      type(eigenpairs_type), intent(inout) :: more
-      !> Size of eigenvalues (1/s), relative to which zeros are recognised.
-      real(wp), intent(in) :: reference
-      type(modes_type), intent(inout) :: modes
-      type(modes_type) :: added
-
-      call append_pairs(more, s%contract(s%known%rigid))
-      call judge_pairs(s%work, mode_request_type(target=s%options%target, rigid=size(s%known%rigid%lambda), reference=reference), &
-         more, added)
-      call add_modes(added, modes)
-   end subroutine add_pairs
 
    ! Appends the modes from another shift that are not in the list, but no zeros: these are known from the examination.
    subroutine add_modes(added, modes)
