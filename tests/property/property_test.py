@@ -47,9 +47,19 @@ def judge_recipe(command, recipe):
         return Verdict(OK)
 
 
+def replace_options(words, options):
+    """The words of a command with these options in the place of the same ones: none may be given twice."""
+    groups = [[]]
+    for word in words:
+        if word.startswith("--"):
+            groups.append([])
+        groups[-1].append(word)
+    return [word for group in groups if not set(group[:1]) & set(options) for word in group] + options
+
+
 def judge_problem(command, problem):
     program, *options = command
-    problem = replace(problem, command=problem.command + options)
+    problem = replace(problem, command=replace_options(problem.command, options))
     with tempfile.TemporaryDirectory(prefix="kschur-property-") as folder:
         write_case(folder, problem)
         judge = judge_band if "--band" in problem.command else judge_folder
