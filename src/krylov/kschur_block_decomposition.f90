@@ -23,7 +23,7 @@ module kschur_block_decomposition
    use kschur_tolerances, only: rounding_of_sums
    implicit none
    private
-   public :: block_decomposition_type, dot, drop_last, make_room, orthonormalize
+   public :: block_decomposition_type, dot, drop_last, make_room, orthonormalize, rounding_limit
 
    ! Reorthogonalise unless at least this fraction of each norm is left.
    real(wp), parameter :: reorthogonalize_below = 0.7_wp
@@ -52,7 +52,7 @@ module kschur_block_decomposition
       real(wp), allocatable :: start(:, :)
       !> f
       integer :: filter = 0
-      !> Norms below which columns were discarded as rounding errors: so far C V = V T + W N may be wrong.
+      !> Norm below which columns of C V were discarded as rounding errors: so far C V = V T + W N may be wrong.
       real(wp) :: discarded = 0
       !> B W, without the last orthogonalisation of W.
       real(wp), allocatable :: images(:, :)
@@ -190,8 +190,7 @@ contains
       ! Invariant: X as given = V coefficients + X total.
       allocate (total, source=identity(b))
       q = b
-      limit = noise
-      if (d%cautious) limit = max(limit, epsilon(1.0_wp)*sqrt(d%metric_scale)*d%longest)
+      limit = rounding_limit(d, noise)
       negligible = limit*scale
       settled = .false.
       taken = .false.
@@ -226,7 +225,6 @@ contains
             call operator%apply_metric(x(:, :q), images(:, :q), error)
             if (allocated(error)) return
             call orthonormalize_among(x(:, :q), images(:, :q), negligible, d%sums, triangle, kept)
-            if (kept < q) d%discarded = max(d%discarded, negligible)
             negligible = 0
             taken = .false.
          end if
@@ -240,6 +238,16 @@ contains
       call append(d, x(:, :q), images)
       coefficients(k + 1:k + q, :) = coefficients(k + 1:k + q, :) + total(:q, :)
    end subroutine orthonormalize
+
+   !> Relative to the norm of the vectors that columns were computed from, a length below which they are rounding errors.
+   pure real(wp) function rounding_limit(d, noise) result(limit)
+      class(block_decomposition_type), intent(in) :: d
+      !> A lower bound of it.
+      real(wp), intent(in) :: noise
+
+      limit = noise
+      if (d%cautious) limit = max(limit, epsilon(1.0_wp)*sqrt(d%metric_scale)*d%longest)
+   end function rounding_limit
 
    ! Appends orthonormal columns to the basis, and their B-images.
    subroutine append(d, x, images)

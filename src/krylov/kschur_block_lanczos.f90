@@ -3,7 +3,7 @@
 !>
 !> Sources: Golub and Underwood (1977); Nour-Omid, Parlett, Ericsson, Jensen, Math. Comp. 48 (1987), semidefinite B.
 module kschur_block_lanczos
-   use kschur_block_decomposition, only: block_decomposition_type, dot, drop_last, orthonormalize
+   use kschur_block_decomposition, only: block_decomposition_type, dot, drop_last, orthonormalize, rounding_limit
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library
    use kschur_kinds, only: wp, long
@@ -129,9 +129,10 @@ contains
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: x(:, :), coefficients(:, :), rest(:, :)
-      integer :: b, first, last
+      integer :: b, first, last, before
       integer(long) :: started
 
+      before = d%vectors
       first = d%expanded + 1
       last = min(d%vectors, d%basis%room() - d%vectors + d%expanded)
       b = last - first + 1
@@ -156,6 +157,7 @@ contains
       d%couplings(:, first:last) = coefficients
       d%expanded = last
       d%scale = max(d%scale, maxval(abs(coefficients)))
+      if (d%vectors - before < b) d%discarded = max(d%discarded, rounding_limit(d, limit)*max(d%scale, norm2(coefficients)))
    end subroutine expand_here
 
    ! Subtracts the terms of the three-term recurrence from C W before the Gram-Schmidt step. Otherwise errors of orthogonality,

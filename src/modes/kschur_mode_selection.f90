@@ -1,7 +1,7 @@
 !> Selection of modes from eigenpairs: drops duplicates and spurious pairs, assesses accuracy, keeps those nearest to the target.
 module kschur_mode_selection
    use kschur_backward_error, only: judge_as_given
-   use kschur_eigenpairs, only: eigenpairs_type, keep_pairs, move_pairs, normalize
+   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, keep_pairs, move_pairs, normalize
    use kschur_kinds, only: wp
    use kschur_modes, only: eigenvalues_of, modes_type
    use kschur_problem, only: modal_problem_type
@@ -50,11 +50,19 @@ contains
       !> Moved to the modes.
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
+      integer, allocatable :: rigid(:)
+      real(wp), allocatable :: errors(:), bounds(:)
+      integer :: j
 
       call judge_pairs(problem, request, pairs, modes)
       ! The errors of rigid motions were not computed: blocks of exact zeros are skipped.
-      if (any(modes%motion > 0)) &
-         call judge_as_given(problem, modes%eigenpairs_type, modes%motion > 0, modes%backward_error, modes%error_bound)
+      allocate (rigid, source=pack([(j, j=1, size(modes%motion))], modes%motion > 0))
+      if (size(rigid) > 0) then
+         allocate (errors(size(rigid)), bounds(size(rigid)))
+         call judge_as_given(problem, chosen_pairs(modes, modes%motion > 0), spread(.true., 1, size(rigid)), errors, bounds)
+         modes%backward_error(rigid) = errors
+         modes%error_bound(rigid) = bounds
+      end if
       call drop_spurious(modes)
    end subroutine accept_pairs
 
