@@ -188,7 +188,7 @@ contains
       call a%scale_entries(scaling, scaling)
       call constraints%scale_entries(spread(1.0_wp, 1, problem%multipliers()), scaling)
       space%row_scaling = [scaling, constraint_scaling]
-      space%column_scaling = space%row_scaling
+      space%column_scaling = [scaling, constraint_scaling]
       if (constraints%rows > 0) then
          space%matrix = bordered(a, constraints, constraint_scaling)
       else
