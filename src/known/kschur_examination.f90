@@ -6,6 +6,7 @@ module kschur_examination
    use kschur_eigenpairs, only: append_pairs, eigenpairs_type
    use kschur_eigenvalue_count, only: eigenvalue_count_type
    use kschur_error, only: error_type, error_singular, new_error
+   use kschur_held_bodies, only: are_held
    use kschur_kinds, only: wp
    use kschur_magnitudes, only: add_magnitudes
    use kschur_mass_bound, only: is_definite
@@ -81,12 +82,14 @@ contains
       !> The matrices of the problem, distributed: R is put away while K is factored. Absent: they are not.
       type(row_problem_type), optional, intent(inout) :: matrices
       type(null_space_type), allocatable :: rigid
-      logical :: needs_root_spaces
+      logical :: needs_root_spaces, held
 
       allocate (rigid)
+      ! Before R is put away.
+      held = are_held(problem)
       if (present(matrices)) call matrices%hold_undamped(error)
       if (allocated(error)) return
-      call find_null_space(rigid, problem, problem%stiffness, inner, for_rigid_motions, effort, error)
+      call find_null_space(rigid, problem, problem%stiffness, held, inner, for_rigid_motions, effort, error)
       if (present(matrices) .and. .not. allocated(error)) call matrices%bring_back(error)
       if (.not. allocated(error)) call ask_monitor(monitor, error)
       if (.not. allocated(error)) call check_inertia(problem, rigid%motions, examination%singular_motion, error)
@@ -274,7 +277,7 @@ contains
          deflation%infinite_is_known = problem%symmetric .or. problem%mass%is_symmetric()
          if (deflation%infinite_is_known) deflation%infinite_is_known = is_definite(problem%mass, least_of_mass)
          if (deflation%infinite_is_known) return
-         call find_null_space(massless, problem, problem%mass, inner, for_mass, effort, error)
+         call find_null_space(massless, problem, problem%mass, .false., inner, for_mass, effort, error)
          if (allocated(error)) return
          call find_chains(deflation%infinite, massless, problem%stiffness)
          deflation%infinite_is_known = .not. allocated(error)

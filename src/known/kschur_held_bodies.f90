@@ -17,21 +17,20 @@ module kschur_held_bodies
 contains
 
    !> Whether the elimination order has anchors for each body of a symmetric stiffness: no mass or damper couples bodies, as the
-   !> order follows from all matrices. Where several processes have put R away it is not asked: factors are refused then if a
-   !> damper has taken the anchors of a body, as a pivot before one of a multiplier is zero.
+   !> order follows from all matrices. Without constraints: none has.
    pure logical function are_held(problem)
       type(modal_problem_type), intent(in) :: problem
       integer :: body(problem%unknowns()), bodies, i
       logical :: is_free(problem%unknowns())
 
       are_held = .false.
-      if (.not. problem%symmetric) return
+      if (.not. problem%symmetric .or. problem%multipliers() == 0) return
       associate (k => problem%stiffness)
          body = separate(size(body))
          call join(k%row_start, k%column, body)
          bodies = count(body == [(i, i=1, size(body))])
          call join(problem%mass%row_start, problem%mass%column, body)
-         if (size(problem%damping%column) > 0) call join(problem%damping%row_start, problem%damping%column, body)
+         call join(problem%damping%row_start, problem%damping%column, body)
          if (allocated(problem%loss)) call join(problem%loss%row_start, problem%loss%column, body)
          if (count(body == [(i, i=1, size(body))]) /= bodies) return
          is_free = .true.

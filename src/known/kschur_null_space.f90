@@ -3,11 +3,11 @@
 module kschur_null_space
    use kschur_border_scaling, only: find_scalings
    use kschur_direct_solver, only: direct_real_type
-   use kschur_effort, only: effort_type, for_rigid_motions
+   use kschur_effort, only: effort_type
    use kschur_energies, only: diagonalize_energies
    use kschur_equilibration, only: equilibrate
    use kschur_error, only: error_type, error_cancelled, error_convergence, error_memory, error_singular
-   use kschur_held_bodies, only: are_held, try_factors
+   use kschur_held_bodies, only: try_factors
    use kschur_iterative_real, only: iterative_real_type
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
@@ -71,11 +71,13 @@ contains
    !> it is positive semidefinite, or unsymmetric and regular; otherwise A + E. Factors with another E if the growth of the vectors
    !> shows that the sum is singular to rounding, and with MUMPS if the solver fails, as A may be nearer to singular than the
    !> problem is at any shift.
-   subroutine find_null_space(space, problem, matrix, inner, purpose, effort, error)
+   subroutine find_null_space(space, problem, matrix, held, inner, purpose, effort, error)
       type(null_space_type), intent(out) :: space
       type(modal_problem_type), intent(in) :: problem
       !> A, n x n, in the pattern of the problem.
       type(csr_matrix_type), intent(in) :: matrix
+      !> Whether A has factors beside the constraints, by `are_held`.
+      logical, intent(in) :: held
       type(inner_solvers_type), intent(in) :: inner
       !> Purpose that the factorisations are accounted to: one of `for_*`.
       integer, intent(in) :: purpose
@@ -88,7 +90,7 @@ contains
       integer :: attempt
       logical :: found
 
-      call factor_alone(space, problem, matrix, inner, purpose, effort, basis, found, error)
+      call factor_alone(space, problem, matrix, held, inner, purpose, effort, basis, found, error)
       if (allocated(error)) return
       attempt = 0
       do while (.not. found)
@@ -119,10 +121,11 @@ contains
 
    ! Factors A itself, without E, and finds its null vectors (`found`), of a symmetric A if the inertia shows no negative eigenvalue
    ! but those of null vectors and multipliers; an unsymmetric one must have none, as pivoting leaves unknown what replaces them.
-   subroutine factor_alone(space, problem, matrix, inner, purpose, effort, basis, found, error)
+   subroutine factor_alone(space, problem, matrix, held, inner, purpose, effort, basis, found, error)
       type(null_space_type), intent(inout) :: space
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: matrix
+      logical, intent(in) :: held
       type(inner_solvers_type), intent(in) :: inner
       integer, intent(in) :: purpose
       class(effort_type), intent(inout) :: effort
@@ -134,10 +137,7 @@ contains
       found = .false.
       select type (solver => inner%unshifted)
       type is (direct_real_type)
-         if (problem%multipliers() > 0) then
-            if (purpose /= for_rigid_motions) return
-            if (.not. are_held(problem)) return
-         end if
+         if (problem%multipliers() > 0 .and. .not. held) return
          allocate (space%solver, source=solver)
       type is (iterative_real_type)
          ! Factors in single precision hold no null pivots: A must be regular.

@@ -113,7 +113,7 @@ contains
       if (result%options%method == method_arpack .and. result%certified == certified_unknown) call result%add_note( &
          "ARPACK looks for no further copies of multiple eigenvalues, and nothing was counted: a mode may be missing")
       if (result%formulation == formulation_low_rank .and. result%reason == reason_converged .and. &
-         result%certified == certified_unknown) call result%add_note("all undamped modes this near were counted, and the modes "// &
+         result%certified == certified_unknown) call result%add_note("all undamped modes this near are known, and the modes "// &
          "come from them; that the local forces make no further ones is not proved by that: certify does")
    end subroutine note_modes
 
