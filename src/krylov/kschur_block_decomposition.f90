@@ -120,9 +120,9 @@ contains
       type(random_start_type) :: seen
 
       if (size(self%start) == 0) return
-      seen%values = values
-      seen%first = matmul(transpose(self%start), vectors(:size(self%start, 1), :))
-      seen%last = matmul(self%outward(), vectors)
+      seen%values = cmplx(values, kind=wp)
+      seen%first = cmplx(matmul(transpose(self%start), vectors(:size(self%start, 1), :)), kind=wp)
+      seen%last = cmplx(matmul(self%outward(), vectors), kind=wp)
       seen%filter = self%filter
       seen%discarded = self%discarded
    end function seen_from_start

@@ -12,7 +12,7 @@ module kschur_krylov_real
    use kschur_outcome, only: history_type, reason_cancelled, reason_fewer_modes, reason_max_restarts
    use kschur_projected, only: schur_form
    use kschur_random, only: random_vector, state_of_seed
-   use kschur_ritz_real, only: choose, decomposition_type, check_none_missing, project, ritz_type
+   use kschur_ritz_real, only: choose, decomposition_type, check_none_missing, check_start, project, ritz_type
    use kschur_schur_vectors_real, only: extract, restore_conjugates, truncate
    use kschur_selection, only: selection_type
    implicit none

@@ -42,7 +42,7 @@ contains
       ! Eigenvalues of deflated modes, which count as wanted ones.
       complex(wp), allocatable :: deflated(:)
       logical, allocatable :: paired(:)
-      logical :: is_counted
+      logical :: is_uncounted
       integer :: j
 
       call s%end_step(phase_place)
@@ -58,11 +58,11 @@ contains
       if (.not. s%options%is_plain() .and. (s%formulation == formulation_quadratic .or. .not. s%work%symmetric)) &
          options%tolerance = min(options%tolerance, max(s%options%good_enough(), accepted_backward_error))
       if (allocated(s%last)) call s%transform%begin_with(s%last, options%block, options%start)
-      ! The symmetric and low-rank forms count eigenvalues instead of verifying.
-      is_counted = s%formulation == formulation_low_rank .or. (.not. s%options%uncounted .and. &
-         any(s%formulation == [formulation_symmetric, formulation_proportional]))
-      options%verify = is_counted .or. options%block == 1
-      if (allocated(options%start)) options%verify = options%verify .or. most_copies(s%last%lambda) > 1
+      ! Lanczos verifies by a count; without one, it finds as many copies as a block has vectors.
+      is_uncounted = s%options%uncounted .and. any(s%formulation == [formulation_symmetric, formulation_proportional])
+      options%verify = .not. is_uncounted .or. options%block == 1
+      ! Two sums of known modes find two of each eigenspace.
+      if (allocated(options%start)) options%verify = options%block == 1 .or. most_copies(s%last%lambda) > 1
       if (allocated(options%start)) options%expected = s%dimension
       if (associated(s%checkpoint)) call s%checkpoint%next_iteration()
       options%checkpoint => s%checkpoint
