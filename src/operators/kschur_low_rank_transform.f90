@@ -349,6 +349,7 @@ contains
       allocate (pairs%xi(size(self%undamped%operator%factors), size(ritz%mu)))
       call recover_shapes(self%undamped%operator, self%forces, self%space%unit_responses, self%undamped%map, &
          real(self%undamped%shift, wp), [(self%theta(ritz%mu(j)), j=1, size(ritz%mu))], pairs, error)
+      ritz%statistics%operator_applications = ritz%statistics%operator_applications + size(ritz%mu)
    end subroutine recover
 
    subroutine transposed(self, problem, deflation, solver, adjoint, error)

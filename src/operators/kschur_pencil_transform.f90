@@ -137,6 +137,7 @@ contains
       allocate (purified(size(ritz%vectors, 1), size(theta)))
       call self%operator%apply_with_multipliers(ritz%vectors, purified, error)
       if (allocated(error)) return
+      ritz%statistics%operator_applications = ritz%statistics%operator_applications + size(theta)
       deallocate (ritz%vectors)
       do j = 1, size(theta)
          purified(:, j) = purified(:, j)/dznrm2(size(purified, 1), purified(:, j), 1)

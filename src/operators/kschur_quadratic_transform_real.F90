@@ -18,8 +18,10 @@ module kschur_quadratic_transform_real
    use kschur_quadratic_rows, only: end_sharing, share_operator
    use kschur_random, only: random_vector
    use kschur_ritz_real, only: decomposition_type
+   use kschur_sorting, only: ascending_order
    use kschur_spare_solvers, only: spare_solvers_type
    use kschur_staircase, only: root_space_type, undamped_zeros, zero_and_infinite
+   use kschur_tolerances, only: above_all_rounding
    use kschur_transform, only: transform_type
    use kschur_transposed_solver, only: transposed_real_type
    use kschur_two_level_real, only: two_level_basis_type

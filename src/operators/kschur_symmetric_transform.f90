@@ -353,6 +353,7 @@ contains
          allocate (y(pairs%rows(), k), multipliers(size(self%operator%factors), k))
          call self%operator%apply_with_multipliers(pairs%real_phi, y, multipliers, error)
          if (allocated(error)) return
+         ritz%statistics%operator_applications = ritz%statistics%operator_applications + k
          call move_alloc(y, pairs%real_phi)
       else
          ! The iteration has purified them.

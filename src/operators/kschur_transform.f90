@@ -62,7 +62,7 @@ module kschur_transform
       subroutine recover_interface(self, ritz, pairs, error)
          import :: transform_type, ritz_pairs_type, eigenpairs_type, error_type
          class(transform_type), intent(inout) :: self
-         !> Its vectors are overwritten.
+         !> Its vectors are overwritten; applications of the operator are added to its statistics.
          type(ritz_pairs_type), intent(inout) :: ritz
          !> Without eigenvalues.
          type(eigenpairs_type), intent(out) :: pairs

@@ -93,10 +93,11 @@ contains
          allocate (paired(size(ritz%mu)), source=.false.)
          if (allocated(ritz%vectors) .and. .not. s%is_lossy()) call drop_mirrored(s%transform, ritz%mu, ritz%vectors, paired)
       end if
-      if (s%transform%recover_applies) s%effort%operator_applications = s%effort%operator_applications + size(ritz%mu)
       call s%end_step(phase_iterate)
+      ritz%statistics%operator_applications = 0
       call s%transform%recover(ritz, pairs, error)
       if (allocated(error)) return
+      s%effort%operator_applications = s%effort%operator_applications + ritz%statistics%operator_applications
       call set_eigenvalues(s%transform, ritz%mu, paired, pairs)
       call s%end_step(phase_recover)
    end subroutine iterate
