@@ -1,4 +1,4 @@
-/* Products of a panel of rows of a tall real basis with single vectors. Groups of columns and tiles of rows keep the sums in
+/* Products of a panel of rows of a tall real basis with single vectors, and with four at a time. Groups of columns and tiles of rows keep the sums in
    the cache, so that several products read the basis from memory once; BLAS would read it once for each.
 
    v: rows x columns, of an array whose columns are `lead` apart. */
@@ -13,6 +13,9 @@
 /* Rows of a tile that is read twice: a few hundred columns of it, and of the next one, fit in the cache; of one that is read
    once. Columns of a group. */
 enum { read_twice = 128, read_once = 512, group = 8, cache_line = 8 };
+
+/* Vectors at a time, and columns whose products with them are in registers. */
+enum { sides = 4, sides_group = 3 };
 
 /* sum(:, s) += V c(:, s) for a group of columns; `sums` and `columns` are constants after inlining. */
 INLINE void add_group(int sums, int columns, int rows, ptrdiff_t lead, const double *v, const double *const *c,
@@ -88,6 +91,77 @@ INLINE void dot_columns(int rows, int columns, ptrdiff_t lead, const double *v, 
    for (; j < columns; j++) dot_group(1, rows, lead, v + j*lead, y, d + j);
 }
 
+/* D += V^T Y for a group of columns and four vectors. */
+INLINE void dot_sides_group(int columns, int rows, ptrdiff_t lead, const double *v, ptrdiff_t lead_y, const double *y,
+                            ptrdiff_t lead_d, double *d)
+{
+   four sum[sides_group][sides];
+   int i = 0;
+
+   for (int j = 0; j < columns; j++)
+      for (int s = 0; s < sides; s++) sum[j][s] = (four){0, 0, 0, 0};
+   for (; i + 4 <= rows; i += 4) {
+      four part[sides_group];
+
+      for (int j = 0; j < columns; j++) part[j] = FROM(v + j*lead + i);
+      for (int s = 0; s < sides; s++) {
+         four side = FROM(y + s*lead_y + i);
+         for (int j = 0; j < columns; j++) sum[j][s] += part[j]*side;
+      }
+   }
+   for (int j = 0; j < columns; j++)
+      for (int s = 0; s < sides; s++) {
+         double total = (sum[j][s][0] + sum[j][s][1]) + (sum[j][s][2] + sum[j][s][3]);
+         for (int k = i; k < rows; k++) total += v[j*lead + k]*y[s*lead_y + k];
+         d[s*lead_d + j] += total;
+      }
+}
+
+/* D += V^T Y for all columns and four vectors. */
+INLINE void dot_sides(int rows, int columns, ptrdiff_t lead, const double *v, ptrdiff_t lead_y, const double *y,
+                      ptrdiff_t lead_d, double *d)
+{
+   int j = 0;
+
+   for (; j + sides_group <= columns; j += sides_group)
+      dot_sides_group(sides_group, rows, lead, v + j*lead, lead_y, y, lead_d, d + j);
+   for (; j < columns; j++) dot_sides_group(1, rows, lead, v + j*lead, lead_y, y, lead_d, d + j);
+}
+
+/* Y -= V C for a pair of columns, or one, and four vectors. */
+INLINE void subtract_sides_group(int columns, int rows, ptrdiff_t lead, const double *v, ptrdiff_t lead_c, const double *c,
+                                 ptrdiff_t lead_y, double *y)
+{
+   double factor[2][sides];
+   int i = 0;
+
+   for (int j = 0; j < columns; j++)
+      for (int s = 0; s < sides; s++) factor[j][s] = c[s*lead_c + j];
+   for (; i + 4 <= rows; i += 4) {
+      four part[2];
+
+      for (int j = 0; j < columns; j++) part[j] = FROM(v + j*lead + i);
+      for (int s = 0; s < sides; s++) {
+         four side = FROM(y + s*lead_y + i);
+         for (int j = 0; j < columns; j++) side -= part[j]*factor[j][s];
+         AT(y + s*lead_y + i) = side;
+      }
+   }
+   for (; i < rows; i++)
+      for (int s = 0; s < sides; s++)
+         for (int j = 0; j < columns; j++) y[s*lead_y + i] -= v[j*lead + i]*factor[j][s];
+}
+
+/* Y -= V C for all columns and four vectors. */
+INLINE void subtract_sides(int rows, int columns, ptrdiff_t lead, const double *v, ptrdiff_t lead_c, const double *c,
+                           ptrdiff_t lead_y, double *y)
+{
+   int j = 0;
+
+   for (; j + 2 <= columns; j += 2) subtract_sides_group(2, rows, lead, v + j*lead, lead_c, c + j, lead_y, y);
+   if (j < columns) subtract_sides_group(1, rows, lead, v + j*lead, lead_c, c + j, lead_y, y);
+}
+
 INLINE int at_most(int most, int rows)
 {
    return rows < most ? rows : most;
@@ -130,6 +204,38 @@ INLINE void complete(int rows, int columns, ptrdiff_t lead, double *v, const dou
          x[lead_x + i + k] = sum[2][k] + y[k]*a[lead_a + columns];
       }
    }
+}
+
+INLINE void inner_sides(int rows, int columns, ptrdiff_t lead, const double *v, ptrdiff_t lead_y, const double *y,
+                        ptrdiff_t lead_d, double *d)
+{
+   for (int s = 0; s < sides; s++) memset(d + s*lead_d, 0, columns*sizeof *d);
+   for (int i = 0; i < rows; i += read_twice)
+      dot_sides(at_most(read_twice, rows - i), columns, lead, v + i, lead_y, y + i, lead_d, d);
+}
+
+INLINE void project_sides(int rows, int columns, ptrdiff_t lead, const double *v, const double *c, ptrdiff_t lead_y,
+                          double *y, ptrdiff_t lead_d, double *d)
+{
+   for (int s = 0; s < sides; s++) memset(d + s*lead_d, 0, columns*sizeof *d);
+   for (int i = 0; i < rows; i += read_twice) {
+      int part = at_most(read_twice, rows - i);
+
+      subtract_sides(part, columns, lead, v + i, lead_d, c, lead_y, y + i);
+      dot_sides(part, columns, lead, v + i, lead_y, y + i, lead_d, d);
+   }
+}
+
+WIDE static void inner_sides_wide(int rows, int columns, ptrdiff_t lead, const double *v, ptrdiff_t lead_y, const double *y,
+                                  ptrdiff_t lead_d, double *d)
+{
+   inner_sides(rows, columns, lead, v, lead_y, y, lead_d, d);
+}
+
+WIDE static void project_sides_wide(int rows, int columns, ptrdiff_t lead, const double *v, const double *c, ptrdiff_t lead_y,
+                                    double *y, ptrdiff_t lead_d, double *d)
+{
+   project_sides(rows, columns, lead, v, c, lead_y, y, lead_d, d);
 }
 
 WIDE static void inner_wide(int rows, int columns, ptrdiff_t lead, const double *v, const double *y, double *d)
@@ -176,5 +282,26 @@ void kschur_panel_complete(int rows, int columns, int lead, double *v, const dou
       complete_wide(rows, columns, lead, v, c, length, a, lead_a, x, lead_x);
    } else {
       complete(rows, columns, lead, v, c, length, a, lead_a, x, lead_x);
+   }
+}
+
+/* D := V^T Y for four vectors; those of Y are lead_y apart, those of D lead_d. */
+void kschur_panel_inner_sides(int rows, int columns, int lead, const double *v, int lead_y, const double *y, int lead_d, double *d)
+{
+   if (HAS_WIDE) {
+      inner_sides_wide(rows, columns, lead, v, lead_y, y, lead_d, d);
+   } else {
+      inner_sides(rows, columns, lead, v, lead_y, y, lead_d, d);
+   }
+}
+
+/* Y := Y - V C, then D := V^T Y with the new Y, for four vectors; those of C and D are lead_d apart. */
+void kschur_panel_project_sides(int rows, int columns, int lead, const double *v, int lead_d, const double *c, int lead_y,
+                                double *y, double *d)
+{
+   if (HAS_WIDE) {
+      project_sides_wide(rows, columns, lead, v, c, lead_y, y, lead_d, d);
+   } else {
+      project_sides(rows, columns, lead, v, c, lead_y, y, lead_d, d);
    }
 }

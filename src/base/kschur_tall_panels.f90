@@ -1,9 +1,9 @@
-!> Products of a panel of rows of a tall real basis with single vectors; each product reads the panel once.
+!> Products of a panel of rows of a tall real basis with single vectors, or with four; each product reads the panel once.
 module kschur_tall_panels
    use, intrinsic :: iso_c_binding, only: c_double, c_int
    implicit none
    private
-   public :: panel_inner, panel_project, panel_complete
+   public :: panel_inner, panel_inner_sides, panel_project, panel_project_sides, panel_complete
 
    interface
       !> d := V^T y.
@@ -23,6 +23,23 @@ module kschur_tall_panels
          real(c_double), intent(inout) :: y(*)
          real(c_double), intent(out) :: d(*)
       end subroutine panel_project
+
+      !> D := V^T Y, four vectors.
+      subroutine panel_inner_sides(rows, columns, lead, v, lead_y, y, lead_d, d) bind(c, name="kschur_panel_inner_sides")
+         import :: c_double, c_int
+         integer(c_int), value :: rows, columns, lead, lead_y, lead_d
+         real(c_double), intent(in) :: v(lead, *), y(lead_y, *)
+         real(c_double), intent(out) :: d(lead_d, *)
+      end subroutine panel_inner_sides
+
+      !> Y := Y - V C, then D := V^T Y with the new Y, four vectors.
+      subroutine panel_project_sides(rows, columns, lead, v, lead_d, c, lead_y, y, d) bind(c, name="kschur_panel_project_sides")
+         import :: c_double, c_int
+         integer(c_int), value :: rows, columns, lead, lead_d, lead_y
+         real(c_double), intent(in) :: v(lead, *), c(lead_d, *)
+         real(c_double), intent(inout) :: y(lead_y, *)
+         real(c_double), intent(out) :: d(lead_d, *)
+      end subroutine panel_project_sides
 
       !> y, the column after those of V, becomes (y - V c)/length; then X := [V y] A, two columns.
       subroutine panel_complete(rows, columns, lead, v, c, length, a, lead_a, x, lead_x) bind(c, name="kschur_panel_complete")

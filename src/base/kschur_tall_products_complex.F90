@@ -11,8 +11,27 @@ module kschur_tall_products_complex
 #define SCALAR complex(wp)
 #define GEMV zgemv
 #define GEMM zgemm
-#define CONJUGATE_TRANSPOSE "C"
 #include "kschur_tall_products.inc"
+
+   ! D := V^* Y, b columns of Y.
+   subroutine panel_inner_block(rows, columns, b, lead, v, y, lead_d, d)
+      !> Leading dimension of v and y: `lead`.
+      integer, intent(in) :: rows, columns, b, lead, lead_d
+      complex(wp), intent(in) :: v(lead, *), y(lead, *)
+      complex(wp), intent(inout) :: d(lead_d, *)
+
+      call zgemm("C", "N", columns, b, rows, one, v, lead, y, lead, zero, d, lead_d)
+   end subroutine panel_inner_block
+
+   ! Y := Y - V C, then D := V^* Y with the new Y, b columns of it.
+   subroutine panel_project_block(rows, columns, b, lead, v, lead_d, c, y, d)
+      integer, intent(in) :: rows, columns, b, lead, lead_d
+      complex(wp), intent(in) :: v(lead, *), c(lead_d, *)
+      complex(wp), intent(inout) :: y(lead, *), d(lead_d, *)
+
+      call zgemm("N", "N", rows, b, columns, -one, v, lead, c, lead_d, one, y, lead)
+      call panel_inner_block(rows, columns, b, lead, v, y, lead_d, d)
+   end subroutine panel_project_block
 
    ! d := V^* y, as `panel_inner` of `kschur_tall_panels`.
    subroutine panel_inner(rows, columns, lead, v, y, d)
