@@ -15,6 +15,7 @@ module kschur_krylov_complex
    use kschur_ritz_complex, only: choose, decomposition_type, check_none_missing, check_start, project, ritz_type
    use kschur_schur_vectors_complex, only: extract, restore_conjugates, truncate
    use kschur_selection, only: selection_type
+   use kschur_tolerances, only: rounding_of_sums
    implicit none
    private
    public :: krylov_schur

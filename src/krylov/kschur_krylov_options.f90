@@ -22,8 +22,8 @@ module kschur_krylov_options
       integer :: seed = 1
       !> Block size: vectors that the operator is applied to at a time.
       integer :: block = 1
-      !> Whether to search for further copies of multiple eigenvalues with new random vectors: from one start vector an
-      !> iteration finds one copy, others only through rounding errors.
+      !> Whether to search for further copies of multiple eigenvalues with new random vectors, unless a block of random start
+      !> vectors proves that there are none: from one start vector an iteration finds one copy, others only through rounding.
       logical :: verify = .true.
       !> Whether this is a short run near the shift, which another iteration will continue.
       logical :: observes = .false.

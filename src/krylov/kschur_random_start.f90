@@ -1,10 +1,11 @@
 !> The probability that a Krylov space with random start vectors has missed an eigenvalue (docs/theory.md, sections 6 and 12).
 !>
-!> Let C V = V T + W N, T s = theta s and psi^* C = mu psi^*. Then psi^* v = (psi^* W) N s/(mu - theta) for the Ritz vector v = V s,
-!> where |psi^* W| <= 1 if [V, W] is orthonormal, in the inner product of a metric B if C is self-adjoint there and psi = B x. Let an
-!> eigenvalue be missing among the Ritz values of a region. Then a combination psi of left vectors of eigenvalues near it is
-!> orthogonal to the Ritz vectors near it. Its components along all others are small: along those in the region as their residuals
-!> N s are small, along the rest as these are far away. So psi is nearly orthogonal to the start vectors, which are in the space.
+!> Let C V = V T + W N, T s = theta s and psi^* C = mu psi^*. Then psi^* v = (psi^* W) N s/(mu - theta) for the Ritz vector
+!> v = V s, where |psi^* W| <= 1 if [V, W] is orthonormal, in the inner product of a metric B if C is self-adjoint there and
+!> psi = B x. Let an eigenvalue be missing among the Ritz values of a region. Then a combination psi of left vectors of eigenvalues
+!> near it is orthogonal to the Ritz vectors near it. Its components along all others are small: along those in the region as
+!> their residuals N s are small, along the rest as these are far away. So psi is nearly orthogonal to the start vectors, which
+!> are in the space.
 module kschur_random_start
    use kschur_kinds, only: wp
    implicit none
@@ -125,6 +126,7 @@ contains
       logical, intent(in) :: inside(:)
       complex(wp), intent(in) :: points(:)
       complex(wp) :: part(size(self%first, 1), size(self%last, 1))
+      real(wp) :: length
       integer :: i, j, k
 
       largest = 0
@@ -136,7 +138,9 @@ contains
                part(:, k) = part(:, k) + self%first(:, j)*(self%last(k, j)/(points(i) - self%values(j)))
             end do
          end do
-         largest = max(largest, norm2(abs(part)))
+         length = norm2(abs(part))
+         if (.not. length <= huge(1.0_wp)) length = huge(1.0_wp)
+         largest = max(largest, length)
       end do
    end function part_of_the_rest
 

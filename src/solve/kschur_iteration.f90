@@ -9,8 +9,7 @@ module kschur_iteration
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, ritz_pairs_type
    use kschur_modal_selection, only: modal_selection_type
-   use kschur_options, only: modal_options_type, formulation_low_rank, formulation_proportional, &
-      formulation_quadratic, formulation_symmetric
+   use kschur_options, only: modal_options_type, formulation_proportional, formulation_quadratic, formulation_symmetric
    use kschur_outcome, only: reason_converged
    use kschur_settings, only: set_iteration_options
    use kschur_split, only: match_conjugates
