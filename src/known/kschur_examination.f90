@@ -41,6 +41,8 @@ module kschur_examination
       type(eigenpairs_type) :: rigid
       !> Whether a rigid motion may be a flexible mode whose stiffness is below the rounding of K.
       logical :: doubtful = .false.
+      !> Of an unsymmetric problem: what is taken as zero may lie so far from it (1/s); huge: not known.
+      real(wp) :: radius_of_zeros = 0
       !> Number of rigid motions whose Jordan chains were not computed, as they exceed `most_null_vectors`.
       integer :: chains_skipped = 0
       !> Number of null vectors of K in which H dissipates energy: they are no rigid motions.
@@ -96,6 +98,7 @@ contains
       if (.not. allocated(error)) call ask_monitor(monitor, error)
       if (allocated(error)) return
       examination%doubtful = rigid%doubtful
+      examination%radius_of_zeros = rigid%radius
       ! If H = g K its null space is that of K.
       if (allocated(problem%loss) .and. .not. abs(problem%loss_factor) > 0) &
          call drop_lossy(problem, rigid, examination%lossy, error)

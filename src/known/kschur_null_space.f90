@@ -11,14 +11,16 @@ module kschur_null_space
    use kschur_iterative_real, only: iterative_real_type
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
+   use kschur_null_pairs, only: keep_null_pairs, radius_of_zeros
    use kschur_options, only: inner_mumps
    use kschur_orthonormal, only: lengths, orthonormalize, subtract
    use kschur_problem, only: modal_problem_type
-   use kschur_random, only: random_vector, state_of_seed
+   use kschur_random, only: state_of_seed
+   use kschur_random_pattern, only: random_on_pattern
    use kschur_saddle, only: bordered, saddle_structure
    use kschur_singular_vectors, only: right_singular_vectors
    use kschur_solver_choice, only: inner_solvers_type
-   use kschur_sparse, only: csr_matrix_type, empty_csr_matrix, identity_csr_matrix, linear_combination, transpose_csr
+   use kschur_sparse, only: csr_matrix_type, empty_csr_matrix, identity_csr_matrix, linear_combination
    use kschur_tolerances, only: above_rounding, blurred_value, contraction, least_enlarged, most_enlarged, &
       rounding_of_energy, rounding_of_row, visible_pivot
    implicit none
@@ -40,8 +42,10 @@ module kschur_null_space
       real(wp), allocatable :: row_scaling(:), column_scaling(:)
       !> The factors of the perturbed matrix.
       class(real_linear_solver_type), allocatable :: solver
-      !> Whether the energy of a vector of a symmetric A exceeds rounding: it may be no null vector.
+      !> Whether the energy of a vector exceeds rounding: it may be no null vector.
       logical :: doubtful = .false.
+      !> Of an unsymmetric K: what is taken as zero may lie so far from it (1/s); huge: not known.
+      real(wp) :: radius = 0
       !> Whether the factors are those of A itself: for forces f orthogonal to the null vectors they solve A x = f.
       logical :: exact = .false.
       ! The scaled matrix, and E.
@@ -51,11 +55,13 @@ module kschur_null_space
       real(wp), private :: delta = 0
       ! D2^{-1} [phi; xi], its columns orthonormal in the first n rows.
       real(wp), allocatable, private :: basis(:, :)
+      ! Likewise D1^{-1} times those of the transposed matrix, if A is unsymmetric.
+      real(wp), allocatable, private :: left_basis(:, :)
       ! Growth of the first block in inverse iteration, in units of 1/delta.
       real(wp), private :: growth = 0
    contains
-      !> Finds the null vectors of the transposed matrix.
-      procedure :: find_left
+      !> Returns the null vectors of the transposed matrix.
+      procedure :: left_motions
       !> Solves A y + Cq^T xi = f, Cq y = 0 for consistent forces; y is orthogonal to the null vectors in the scaled basis.
       procedure :: pseudo_solve
    end type null_space_type
@@ -68,9 +74,8 @@ module kschur_null_space
 contains
 
    !> Finds the null space of a matrix on the motions that the constraints allow. Factors A itself if there are no constraints and
-   !> it is positive semidefinite, or unsymmetric and regular; otherwise A + E. Factors with another E if the growth of the vectors
-   !> shows that the sum is singular to rounding, and with MUMPS if the solver fails, as A may be nearer to singular than the
-   !> problem is at any shift.
+   !> it is positive semidefinite, or unsymmetric and regular; otherwise A + E, with another E if the growth of vectors shows that
+   !> the sum is singular to rounding, and with MUMPS if the solver fails, as A may be nearer to singular than at any shift.
    subroutine find_null_space(space, problem, matrix, held, inner, purpose, effort, error)
       type(null_space_type), intent(out) :: space
       type(modal_problem_type), intent(in) :: problem
@@ -115,9 +120,43 @@ contains
             attempt = attempts
          end if
       end do
-      call unscale(space, space%column_scaling, basis, space%motions, space%multipliers)
+      call find_left_vectors(space, problem, basis, error)
+      if (allocated(error)) return
+      associate (n => space%unknowns, vectors => basis*spread(space%column_scaling, 2, size(basis, 2)))
+         allocate (space%motions, source=vectors(:n, :))
+         allocate (space%multipliers, source=vectors(n + 1:, :))
+      end associate
       call move_alloc(basis, space%basis)
    end subroutine find_null_space
+
+   ! Finds the null vectors of the transposed matrix if A is unsymmetric, and drops those that are not null entry by entry.
+   subroutine find_left_vectors(space, problem, basis, error)
+      type(null_space_type), intent(inout) :: space
+      type(modal_problem_type), intent(in) :: problem
+      real(wp), allocatable, intent(inout) :: basis(:, :)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: y(:, :), x(:, :), forms(:, :)
+
+      if (space%symmetric .or. size(basis, 2) == 0) return
+      call find_null_vectors(space, .true., space%left_basis, error)
+      if (allocated(error)) return
+      space%radius = huge(1.0_wp)
+      space%doubtful = size(space%left_basis, 2) /= size(basis, 2)
+      if (space%doubtful) return
+      y = space%left_basis
+      x = basis
+      call keep_null_pairs(space%matrix, space%solver, y, x, forms, space%doubtful, error)
+      if (allocated(error)) return
+      associate (n => space%unknowns, k => size(x, 2))
+         space%radius = radius_of_zeros(problem%mass, problem%damping, y(:n, :)*spread(space%row_scaling(:n), 2, k), &
+            x(:n, :)*spread(space%column_scaling(:n), 2, k), forms)
+         if (k == size(basis, 2)) return
+         call orthonormalize(basis(:, :0), n, x)
+         call orthonormalize(basis(:, :0), n, y)
+      end associate
+      basis = x
+      space%left_basis = y
+   end subroutine find_left_vectors
 
    ! Factors A itself, without E, and finds its null vectors (`found`), of a symmetric A if the inertia shows no negative eigenvalue
    ! but those of null vectors and multipliers; an unsymmetric one must have none, as pivoting leaves unknown what replaces them.
@@ -229,50 +268,18 @@ contains
       call space%solver%factorize(linear_combination(1.0_wp, space%matrix, 1.0_wp, space%added), structure, error)
    end subroutine factor_perturbed
 
-   ! A random matrix on the symmetrized pattern of M, R and K and the diagonal, entries of either sign between a half and one.
-   function random_on_pattern(problem, seed) result(matrix)
-      type(modal_problem_type), intent(in) :: problem
-      integer, intent(in) :: seed
-      type(csr_matrix_type) :: matrix
-      integer(long) :: state
-
-      matrix = linear_combination(spread(1.0_wp, 1, 3), [problem%mass, problem%damping, problem%stiffness])
-      matrix = linear_combination(1.0_wp, matrix, 1.0_wp, transpose_csr(matrix))
-      matrix = linear_combination(1.0_wp, matrix, 1.0_wp, identity_csr_matrix(matrix%rows))
-      state = seed
-      call random_vector(state, matrix%value)
-      matrix%value = sign((1 + abs(matrix%value))/2, matrix%value)
-   end function random_on_pattern
-
-   !> Finds the null vectors of the transposed matrix: the same if A is symmetric.
-   subroutine find_left(self, left, error)
-      class(null_space_type), intent(inout) :: self
+   !> Returns the null vectors of the transposed matrix: the same if A is symmetric.
+   subroutine left_motions(self, left)
+      class(null_space_type), intent(in) :: self
       !> n x k; another number of columns than from the right means that rounding hides the rank.
       real(wp), allocatable, intent(out) :: left(:, :)
-      type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: basis(:, :), multipliers(:, :)
 
       if (self%symmetric .or. size(self%motions, 2) == 0) then
-         allocate (left, source=self%motions)
-         return
+         left = self%motions
+      else
+         left = self%left_basis(:self%unknowns, :)*spread(self%row_scaling(:self%unknowns), 2, size(self%left_basis, 2))
       end if
-      call find_null_vectors(self, .true., basis, error)
-      if (.not. allocated(error)) call unscale(self, self%row_scaling, basis, left, multipliers)
-   end subroutine find_left
-
-   ! Transforms vectors of the scaled matrix to those of A: [phi; xi] = D x.
-   subroutine unscale(space, scaling, basis, motions, multipliers)
-      type(null_space_type), intent(in) :: space
-      !> D: D2, or D1 for vectors of the transposed matrix.
-      real(wp), intent(in) :: scaling(:)
-      real(wp), intent(in) :: basis(:, :)
-      real(wp), allocatable, intent(out) :: motions(:, :), multipliers(:, :)
-
-      associate (n => space%unknowns, vectors => basis*spread(scaling, 2, size(basis, 2)))
-         allocate (motions, source=vectors(:n, :))
-         allocate (multipliers, source=vectors(n + 1:, :))
-      end associate
-   end subroutine unscale
+   end subroutine left_motions
 
    ! Finds all null vectors, block by block until a block has fewer than it has room for, and drops those of a symmetric matrix
    ! whose energy is not zero.

@@ -65,8 +65,8 @@ contains
       allocate (space%x, source=null_space%motions)
       allocate (space%v(n, k), space%links(k, k), extended(k, 0), source=0.0_wp)
       if (k == 0) return
-      call null_space%find_left(left, error)
-      if (allocated(error) .or. size(left, 2) /= k) return
+      call null_space%left_motions(left)
+      if (size(left, 2) /= k) return
       call separate_motions(space%x, a1, a2)
       call separate_motions(left, a1, a2)
       do

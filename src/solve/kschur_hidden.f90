@@ -1,5 +1,6 @@
 !> Recognises and reports modes so low that rounding of the stiffness hides them (docs/theory.md, section 11).
 module kschur_hidden
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kschur_context, only: solve_context_type, whole_both, whole_given
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type
    use kschur_error, only: error_type
@@ -10,7 +11,7 @@ module kschur_hidden
    use kschur_problem, only: modal_problem_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_text, only: magnitude
-   use kschur_tolerances, only: cancelled, root_epsilon, rounding_of_sums, same_value
+   use kschur_tolerances, only: cancelled, no_correct_digits, root_epsilon, rounding_of_sums, same_value
    implicit none
    private
    public :: are_known, may_be_infinite, tell_hidden
@@ -18,41 +19,62 @@ module kschur_hidden
 contains
 
    !> Makes the result inaccurate and adds a note, if a listed mode lies below the limit under which rounding of the stiffness hides
-   !> modes, or if a motion listed as rigid may be such a mode. For symmetric problems only, as others may have no error bounds.
+   !> modes (of symmetric problems, as others may have no error bounds), or if a motion listed as rigid may be such a mode. The zero
+   !> of an unsymmetric problem gets an error bound then.
    subroutine tell_hidden(s, modes, error)
       type(solve_context_type), intent(inout) :: s
       !> Of the problem as given.
       type(modes_type), intent(inout) :: modes
       !> Set if memory for the matrices is short.
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: hidden_below(size(modes%lambda))
-      logical :: is_hidden(size(modes%lambda))
+      real(wp) :: hidden_below(size(modes%lambda)), unknown
+      logical, dimension(size(modes%lambda)) :: is_hidden, is_zero
 
-      if (.not. s%problem%symmetric .or. size(modes%lambda) == 0) return
-      call s%hold(whole_given, error)
-      if (allocated(error)) return
-      hidden_below = modes%uncertainty
-      where (modes%error_bound >= 0) hidden_below = min(hidden_below, modes%error_bound)
-      hidden_below = max(limit_of_rigid_motions(s%problem, modes), limit_of_mode(modes%lambda, hidden_below))
-      is_hidden = abs(modes%lambda) > 0 .and. hidden_below >= abs(modes%lambda) .and. .not. are_known(s, modes%lambda)
+      if (size(modes%lambda) == 0) return
+      is_hidden = .false.
+      if (s%problem%symmetric) then
+         call s%hold(whole_given, error)
+         if (allocated(error)) return
+         hidden_below = modes%uncertainty
+         where (modes%error_bound >= 0) hidden_below = min(hidden_below, modes%error_bound)
+         hidden_below = max(limit_of_rigid_motions(s%problem, modes), limit_of_mode(modes%lambda, hidden_below))
+         is_hidden = abs(modes%lambda) > 0 .and. hidden_below >= abs(modes%lambda) .and. .not. are_known(s, modes%lambda)
+      end if
       ! Rounding may hide less in balanced units than in those as given.
       if (any(is_hidden)) call s%hold(whole_both, error)
       if (allocated(error)) return
       if (any(is_hidden)) is_hidden = unpack(.not. feel_inertia(s%work, s%contract(chosen_pairs(modes, is_hidden))), is_hidden, &
          .false.)
-      if (any(is_hidden)) then
-         call s%add_note("rounding of the stiffness hides the lowest modes: nothing is known of what lies below "// &
-            magnitude(maxval(hidden_below, is_hidden))//" 1/s")
-      else if (s%known%doubtful .and. any(.not. abs(modes%lambda) > 0)) then
-         call s%add_note("rounding of the stiffness hides the lowest modes: a motion that is listed as rigid may be one")
-      else
-         return
-      end if
+      is_zero = .not. abs(modes%lambda) > 0
+      unknown = ieee_value(unknown, ieee_quiet_nan)
+      associate (radius => s%known%radius_of_zeros)
+         if (any(is_hidden)) then
+            call s%add_note("rounding of the stiffness hides the lowest modes: nothing is known of what lies below "// &
+               magnitude(maxval(hidden_below, is_hidden))//" 1/s")
+         else if (any(is_zero) .and. zero_may_be_mode(s, modes%lambda)) then
+            call s%add_note("rounding of the stiffness hides the lowest modes: a motion that is listed as rigid may be one")
+            where (is_zero .and. radius > 0) modes%error_bound = merge(radius, unknown, radius < sqrt(huge(radius)))
+         else
+            return
+         end if
+      end associate
       if (any(modes%reason == [reason_converged, reason_fewer_modes])) modes%reason = reason_inaccurate
       if (modes%certified /= certified_yes) return
       modes%certified = certified_unknown
       modes%missing = -1
    end subroutine tell_hidden
+
+   ! Whether a zero may be a mode. The scale of modes is that of the shift and of those that oscillate: decays of rigid motions may
+   ! be as slow as they like.
+   logical function zero_may_be_mode(s, lambda)
+      type(solve_context_type), intent(in) :: s
+      complex(wp), intent(in) :: lambda(:)
+
+      zero_may_be_mode = s%known%doubtful
+      if (zero_may_be_mode .or. .not. s%known%radius_of_zeros > 0) return
+      zero_may_be_mode = s%known%radius_of_zeros > &
+         no_correct_digits*min(s%reference(), minval(abs(lambda), abs(aimag(lambda)) > 0))
+   end function zero_may_be_mode
 
    ! |lambda| (1/s) below which a mode is indistinguishable from the rigid motions among the pairs: the inertia and damping of such
    ! a motion, |lambda|^2 m + |lambda| r with m = phi^* M phi and r = |phi^* R phi|, are then below the rounding f of the strain
