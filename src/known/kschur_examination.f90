@@ -16,7 +16,7 @@ module kschur_examination
       formulation_low_rank, formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped
    use kschur_problem, only: modal_problem_type
    use kschur_rigid_decays, only: find_rigid_decays
-   use kschur_row_problem, only: row_problem_type
+   use kschur_row_problem, only: all_three, row_problem_type
    use kschur_singular_vectors, only: right_singular_vectors
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
@@ -81,7 +81,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> Asked before and after each dense step whether to go on.
       class(monitor_type), optional, intent(inout) :: monitor
-      !> The matrices of the problem, distributed: R is put away while K is factored. Absent: they are not.
+      !> The matrices of the problem, distributed: M and R are put away while K is factored. Absent: they are not.
       type(row_problem_type), optional, intent(inout) :: matrices
       type(null_space_type), allocatable :: rigid
       logical :: needs_root_spaces, held
@@ -89,10 +89,8 @@ contains
       allocate (rigid)
       ! Before R is put away.
       held = are_held(problem)
-      if (present(matrices)) call matrices%hold_undamped(error)
-      if (allocated(error)) return
-      call find_null_space(rigid, problem, problem%stiffness, held, inner, for_rigid_motions, effort, error)
-      if (present(matrices) .and. .not. allocated(error)) call matrices%bring_back(error)
+      call find_null_space(rigid, problem, problem%stiffness, held, inner, for_rigid_motions, effort, error, matrices)
+      if (present(matrices) .and. .not. allocated(error)) call matrices%bring_back(all_three, error)
       if (.not. allocated(error)) call ask_monitor(monitor, error)
       if (.not. allocated(error)) call check_inertia(problem, rigid%motions, examination%singular_motion, error)
       if (.not. allocated(error)) call ask_monitor(monitor, error)

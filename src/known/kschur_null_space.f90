@@ -17,6 +17,7 @@ module kschur_null_space
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: state_of_seed
    use kschur_random_pattern, only: random_on_pattern
+   use kschur_row_problem, only: all_three, row_problem_type, stiffness_alone
    use kschur_saddle, only: bordered, saddle_structure
    use kschur_singular_vectors, only: right_singular_vectors
    use kschur_solver_choice, only: inner_solvers_type
@@ -76,7 +77,7 @@ contains
    !> Finds the null space of a matrix on the motions that the constraints allow. Factors A itself if there are no constraints and
    !> it is positive semidefinite, or unsymmetric and regular; otherwise A + E, with another E if the growth of vectors shows that
    !> the sum is singular to rounding, and with MUMPS if the solver fails, as A may be nearer to singular than at any shift.
-   subroutine find_null_space(space, problem, matrix, held, inner, purpose, effort, error)
+   subroutine find_null_space(space, problem, matrix, held, inner, purpose, effort, error, matrices)
       type(null_space_type), intent(out) :: space
       type(modal_problem_type), intent(in) :: problem
       !> A, n x n, in the pattern of the problem.
@@ -89,13 +90,16 @@ contains
       !> Accounts for the factorisations, and for the solves with all but the last one.
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
+      !> The matrices of the problem, distributed, of which A is the stiffness: the first process has the others whole while A is
+      !> scaled only. Absent: they are not distributed.
+      type(row_problem_type), optional, intent(inout) :: matrices
       integer, parameter :: attempts = 3
       class(real_linear_solver_type), allocatable :: solver
       real(wp), allocatable :: basis(:, :)
       integer :: attempt
       logical :: found
 
-      call factor_alone(space, problem, matrix, held, inner, purpose, effort, basis, found, error)
+      call factor_alone(space, problem, matrix, held, inner, purpose, effort, basis, found, error, matrices)
       if (allocated(error)) return
       attempt = 0
       do while (.not. found)
@@ -106,7 +110,7 @@ contains
          else
             allocate (solver, source=direct_real_type(inner=inner_mumps))
          end if
-         call factor_perturbed(space, problem, matrix, solver, mod(attempt - 1, attempts), error)
+         call factor_perturbed(space, problem, matrix, solver, mod(attempt - 1, attempts), error, matrices)
          if (.not. allocated(error)) then
             call effort%add_factors(space%solver, purpose)
             ! A null pivot is replaced by the solver: the null vector would be lost.
@@ -127,6 +131,8 @@ contains
          allocate (space%multipliers, source=vectors(n + 1:, :))
       end associate
       call move_alloc(basis, space%basis)
+      ! It serves vectors beside null vectors.
+      if (size(space%motions, 2) == 0) space%matrix = csr_matrix_type()
    end subroutine find_null_space
 
    ! Finds the null vectors of the transposed matrix if A is unsymmetric, and drops those that are not null entry by entry.
@@ -160,7 +166,7 @@ contains
 
    ! Factors A itself, without E, and finds its null vectors (`found`), of a symmetric A if the inertia shows no negative eigenvalue
    ! but those of null vectors and multipliers; an unsymmetric one must have none, as pivoting leaves unknown what replaces them.
-   subroutine factor_alone(space, problem, matrix, held, inner, purpose, effort, basis, found, error)
+   subroutine factor_alone(space, problem, matrix, held, inner, purpose, effort, basis, found, error, matrices)
       type(null_space_type), intent(inout) :: space
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: matrix
@@ -171,6 +177,7 @@ contains
       real(wp), allocatable, intent(out) :: basis(:, :)
       logical, intent(out) :: found
       type(error_type), allocatable, intent(out) :: error
+      type(row_problem_type), optional, intent(inout) :: matrices
       type(matrix_structure_type) :: structure
 
       found = .false.
@@ -185,7 +192,8 @@ contains
       class default
          return
       end select
-      call scale_matrix(space, problem, matrix, structure)
+      call scale_matrix(space, problem, matrix, structure, error, matrices)
+      if (allocated(error)) return
       structure%singular = structure%symmetric
       space%delta = merge(structure%least_pivot(), visible_pivot, structure%singular)
       call space%solver%factorize(space%matrix, structure, error)
@@ -208,17 +216,22 @@ contains
    end subroutine factor_alone
 
    ! Sets the scaled matrix, without E, and its structure.
-   subroutine scale_matrix(space, problem, matrix, structure)
+   subroutine scale_matrix(space, problem, matrix, structure, error, matrices)
       type(null_space_type), intent(inout) :: space
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: matrix
       type(matrix_structure_type), intent(out) :: structure
+      type(error_type), allocatable, intent(out) :: error
+      type(row_problem_type), optional, intent(inout) :: matrices
       type(csr_matrix_type) :: a, constraints
       real(wp) :: scaling(problem%unknowns()), constraint_scaling(problem%multipliers())
 
       space%unknowns = problem%unknowns()
+      if (present(matrices)) call matrices%bring_back(all_three, error)
+      if (allocated(error)) return
       ! The pattern includes that of M, so that one symbolic analysis serves K and K - s M.
       a = linear_combination(1.0_wp, matrix, 0.0_wp, problem%mass)
+      if (present(matrices)) call matrices%put_away(.not. stiffness_alone)
       structure = saddle_structure(problem)
       if (.not. problem%symmetric) structure%symmetric = a%is_symmetric()
       space%symmetric = structure%symmetric
@@ -240,7 +253,7 @@ contains
    end subroutine scale_matrix
 
    ! Factors the scaled matrix plus E.
-   subroutine factor_perturbed(space, problem, matrix, solver, attempt, error)
+   subroutine factor_perturbed(space, problem, matrix, solver, attempt, error, matrices)
       type(null_space_type), intent(out) :: space
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: matrix
@@ -248,6 +261,7 @@ contains
       !> From 0: each attempt has a larger E, and another random one.
       integer, intent(in) :: attempt
       type(error_type), allocatable, intent(out) :: error
+      type(row_problem_type), optional, intent(inout) :: matrices
       type(csr_matrix_type) :: e
       type(matrix_structure_type) :: structure
       integer :: n, m
@@ -255,7 +269,8 @@ contains
       n = problem%unknowns()
       m = problem%multipliers()
       call move_alloc(solver, space%solver)
-      call scale_matrix(space, problem, matrix, structure)
+      call scale_matrix(space, problem, matrix, structure, error, matrices)
+      if (allocated(error)) return
       if (.not. structure%symmetric) call equilibrate(space%matrix, space%row_scaling, space%column_scaling)
       space%delta = 3.0_wp**attempt*max(above_rounding*space%solver%accuracy, visible_pivot)
       if (structure%symmetric) then

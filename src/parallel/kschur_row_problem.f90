@@ -9,19 +9,21 @@ module kschur_row_problem
    private
    public :: row_problem_type
 
+   !> Choices of M, R and K.
+   logical, parameter, public :: mass_alone(3) = [.true., .false., .false.], stiffness_alone(3) = [.false., .false., .true.], &
+      undamped(3) = [.true., .false., .true.], all_three(3) = .true.
+
    !> The distributed M, R and K. The constraints are not distributed.
    type :: row_problem_type
       type(row_matrix_type) :: mass, damping, stiffness
-      ! Whether the entries of the whole M and K, and of R, are freed.
-      logical, private :: away = .false., damping_away = .false.
+      ! Whether the entries of each whole matrix are freed.
+      logical, private :: away(3) = .false.
    contains
       !> Distributes the rows.
       procedure :: share
-      !> Frees the entries of the whole matrices while other arrays need the memory; products remain available.
+      !> Frees the entries of chosen whole matrices while other arrays need the memory; products remain available.
       procedure :: put_away
-      !> Frees the entries of the whole R alone, and restores those of M and K, if they were freed. Fails if memory is short.
-      procedure :: hold_undamped
-      !> Restores the entries of the whole matrices, if they were freed. Fails if memory is short.
+      !> Restores the entries of chosen whole matrices, if they were freed. Fails if memory is short.
       procedure :: bring_back
       final :: finish
    end type row_problem_type
@@ -41,47 +43,32 @@ contains
       if (.not. allocated(error)) call self%stiffness%share(stiffness, processes, error)
    end subroutine share
 
-   subroutine put_away(self)
+   subroutine put_away(self, chosen)
       class(row_problem_type), intent(inout) :: self
+      logical, intent(in) :: chosen(3)
 
-      call put_damping_away(self)
-      if (self%away) return
-      call self%mass%put_away()
-      call self%stiffness%put_away()
-      self%away = .true.
+      associate (going => chosen .and. .not. self%away)
+         if (going(1)) call self%mass%put_away()
+         if (going(2)) call self%damping%put_away()
+         if (going(3)) call self%stiffness%put_away()
+      end associate
+      self%away = self%away .or. chosen
    end subroutine put_away
 
-   subroutine put_damping_away(self)
+   subroutine bring_back(self, chosen, error)
       class(row_problem_type), intent(inout) :: self
-
-      if (.not. self%damping_away) call self%damping%put_away()
-      self%damping_away = .true.
-   end subroutine put_damping_away
-
-   subroutine hold_undamped(self, error)
-      class(row_problem_type), intent(inout) :: self
+      logical, intent(in) :: chosen(3)
       type(error_type), allocatable, intent(inout) :: error
-      type(error_type), allocatable :: failure
+      integer :: i
 
-      call put_damping_away(self)
-      if (.not. self%away) return
-      call self%mass%bring_back(failure)
-      if (.not. allocated(failure)) call self%stiffness%bring_back(failure)
-      self%away = allocated(failure)
-      if (allocated(failure)) call move_alloc(failure, error)
-   end subroutine hold_undamped
-
-   subroutine bring_back(self, error)
-      class(row_problem_type), intent(inout) :: self
-      type(error_type), allocatable, intent(inout) :: error
-      type(error_type), allocatable :: failure
-
-      if (self%away) call self%hold_undamped(failure)
-      if (.not. allocated(failure) .and. self%damping_away) then
-         call self%damping%bring_back(failure)
-         self%damping_away = allocated(failure)
-      end if
-      if (allocated(failure)) call move_alloc(failure, error)
+      do i = 1, 3
+         if (allocated(error)) return
+         if (.not. (chosen(i) .and. self%away(i))) cycle
+         if (i == 1) call self%mass%bring_back(error)
+         if (i == 2) call self%damping%bring_back(error)
+         if (i == 3) call self%stiffness%bring_back(error)
+         self%away(i) = allocated(error)
+      end do
    end subroutine bring_back
 
    impure elemental subroutine finish(self)

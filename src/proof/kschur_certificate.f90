@@ -17,7 +17,7 @@ module kschur_certificate
    use kschur_outcome, only: certified_no, certified_unknown, certified_yes
    use kschur_problem, only: modal_problem_type
    use kschur_random_start, only: random_start_type
-   use kschur_row_problem, only: row_problem_type
+   use kschur_row_problem, only: all_three, mass_alone, row_problem_type, undamped
    use kschur_sparse, only: csr_matrix_type
    use kschur_spectral_map, only: spectral_map_type
    use kschur_tolerances, only: improbable, known_well, no_correct_digits, nearly_zero, same_frequency, same_value, &
@@ -307,14 +307,13 @@ contains
       if (self%problem%multipliers() > 0 .and. max(abs(self%shift), abs(self%target)) > 0) return
       ! With one start vector no found eigenvalue is known to be simple.
       if (size(seen%first, 1) < 2) return
-      if (associated(self%matrices)) call self%matrices%hold_undamped(error)
+      if (associated(self%matrices)) call self%matrices%bring_back(mass_alone, error)
       if (.not. allocated(error)) then
          associate (mass => self%problem%mass)
             if (seen%chance_of_missing(1/(theta - self%shift), same_value, usual_least_of_mass*minval(mass%diagonal())) &
                <= improbable) is_complete_below = is_definite(mass, usual_least_of_mass)
          end associate
       end if
-      if (associated(self%matrices)) call self%matrices%put_away()
    end function is_complete_below
 
    ! Lower bound of the number of eigenvalues below a theta above the shift: converged Ritz values are eigenvalues.
@@ -391,11 +390,10 @@ contains
       negative = -1
       if (associated(self%matrices)) then
          ! R takes part in the scaling of constraints only.
-         if (self%problem%multipliers() > 0) call self%matrices%bring_back(error)
-         if (self%problem%multipliers() == 0) call self%matrices%hold_undamped(error)
+         call self%matrices%bring_back(merge(all_three, undamped, self%problem%multipliers() > 0), error)
       end if
       if (.not. allocated(error)) call counting_matrix(self%problem, theta, least, matrix, structure, error)
-      if (associated(self%matrices)) call self%matrices%put_away()
+      if (associated(self%matrices)) call self%matrices%put_away(all_three)
       if (allocated(error)) return
       allocate (solver, source=self%solver)
       negative = negative_directions(matrix, structure, solver)

@@ -19,7 +19,7 @@ module kschur_context
    use kschur_problem, only: modal_problem_type, refuse_loss
    use kschur_processes, only: processes_type
    use kschur_result, only: append_note, note_length
-   use kschur_row_problem, only: row_problem_type
+   use kschur_row_problem, only: all_three, row_problem_type
    use kschur_shared_problem, only: shared_problem_type
    use kschur_scaling, only: first_scale
    use kschur_settings, only: check_options, settings_of
@@ -282,9 +282,9 @@ contains
       if (associated(self%shared) .and. .not. given) call self%shared%put_away(self%processes)
       if (allocated(self%matrices)) then
          if (whole /= whole_given) then
-            call self%matrices%bring_back(error)
+            call self%matrices%bring_back(all_three, error)
          else if (associated(self%shared)) then
-            call self%matrices%put_away()
+            call self%matrices%put_away(all_three)
          end if
       end if
       if (associated(self%shared) .and. given) call self%shared%bring_back(self%processes, error)

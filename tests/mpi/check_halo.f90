@@ -10,7 +10,7 @@ program check_halo
    use kschur_matrix_rows, only: gather_rows, share_rows
    use kschur_processes, only: join_processes, processes_type
    use kschur_random, only: random_vector
-   use kschur_row_problem, only: row_problem_type
+   use kschur_row_problem, only: all_three, row_problem_type, stiffness_alone, undamped
    use kschur_row_ranges, only: row_ranges, row_ranges_type
    use kschur_worker_loop, only: worker_loop
    use mpi_f08, only: MPI_Allreduce, MPI_Comm_rank, MPI_Comm_size, MPI_COMM_WORLD, MPI_Finalize, MPI_Init, MPI_INTEGER, &
@@ -81,7 +81,7 @@ contains
       end associate
    end subroutine check
 
-   ! The whole R alone is put away, then all three, then M and K are back, then all.
+   ! M and R are put away, then all three; then M and K are back, then all.
    subroutine check_put_away(order)
       integer, intent(in) :: order
       type(processes_type), target :: processes_of_all
@@ -111,18 +111,17 @@ contains
          allocate (problem)
          call problem%share(matrices(1), matrices(2), matrices(3), several, error)
          call expect(.not. allocated(error))
-         call problem%hold_undamped(error)
-         call expect(.not. allocated(error))
-         call expect(all([(is_whole(matrices(l), given(l)), l=1, 3)] .eqv. [.true., alone, .true.]))
-         call problem%put_away()
+         call problem%put_away(.not. stiffness_alone)
+         call expect(all([(is_whole(matrices(l), given(l)), l=1, 3)] .eqv. (stiffness_alone .or. alone)))
+         call problem%put_away(all_three)
          call expect(all([(is_whole(matrices(l), given(l)), l=1, 3)] .eqv. alone))
          y = 0
          call problem%damping%add_product(1.0_wp, x, y, error)
          call expect(all(abs(y - 2*matmul(dense, x)) < 1.0e-13_wp*order))
-         call problem%hold_undamped(error)
+         call problem%bring_back(undamped, error)
          call expect(.not. allocated(error))
-         call expect(all([(is_whole(matrices(l), given(l)), l=1, 3)] .eqv. [.true., alone, .true.]))
-         call problem%bring_back(error)
+         call expect(all([(is_whole(matrices(l), given(l)), l=1, 3)] .eqv. (undamped .or. alone)))
+         call problem%bring_back(all_three, error)
          call expect(.not. allocated(error))
          call expect(all([(is_whole(matrices(l), given(l)), l=1, 3)]))
          deallocate (problem)
