@@ -1,11 +1,11 @@
 !> Moves, rotates and combines columns of tall real arrays.
 module kschur_columns_real
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dgemm
+   use kschur_lapack, only: dgemm, dnrm2
    use kschur_threads, only: panel_rows
    implicit none
    private
-   public :: combine_columns, move_columns, rotate_columns
+   public :: combine_columns, move_columns, rotate_columns, subtract_columns
 
 #define SCALAR real(wp)
 #define GEMM dgemm
@@ -48,4 +48,20 @@ module kschur_columns_real
       deallocate (parts)
       !$omp end parallel
    end subroutine combine_panels
+
+   !> y := y - z diag(theta), and the lengths of its columns.
+   subroutine subtract_columns(theta, z, y, lengths)
+      real(wp), intent(in) :: theta(:)
+      real(wp), contiguous, intent(in) :: z(:, :)
+      real(wp), contiguous, intent(inout) :: y(:, :)
+      real(wp), intent(out) :: lengths(:)
+      integer :: j
+
+      !$omp parallel do schedule(static) if (size(y, 1) > panel_rows)
+      do j = 1, size(y, 2)
+         y(:, j) = y(:, j) - theta(j)*z(:, j)
+         lengths(j) = dnrm2(size(y, 1), y(:, j), 1)
+      end do
+      !$omp end parallel do
+   end subroutine subtract_columns
 end module kschur_columns_real

@@ -276,8 +276,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       ! Columns multiplied at a time.
       integer, parameter :: block = 4
-      real(wp), allocatable :: y(:, :), work(:, :, :), xi(:, :), violations(:, :)
-      real(wp) :: shift, level_of_mass, level_of_stiffness, theta(size(values)), lengths(size(self%operator%factors))
+      real(wp), allocatable :: y(:, :), force(:, :), xi(:, :), violations(:, :)
+      real(wp) :: shift, level_of_mass, level_of_stiffness, theta(size(values)), lengths(size(self%operator%factors)), rest(block)
       logical :: impure(size(values))
       integer :: first, last, n, j, k
       integer, allocatable :: chosen(:)
@@ -287,7 +287,8 @@ contains
       theta = huge(1.0_wp)
       where (abs(values) > tiny(1.0_wp)) theta = shift + 1/values
       if (allocated(self%multipliers)) deallocate (self%multipliers)
-      allocate (work(n, block, 2), violations(size(self%operator%factors), block))
+      allocate (violations(size(self%operator%factors), block), source=0.0_wp)
+      if (size(violations, 1) > 0) allocate (force(n, block))
       allocate (self%multipliers(size(self%operator%factors), size(values)), source=0.0_wp)
       impure = .false.
       associate (mass => self%operator%mass, stiffness => self%stiffness, constraints => self%operator%problem%constraints)
@@ -296,28 +297,25 @@ contains
          do first = 1, size(values), block
             last = min(first + block - 1, size(values))
             k = last - first + 1
-            work = 0
-            violations = 0
-            call stiffness%add_product(1.0_wp, shapes(:, first:last), work(:, :k, 1), error)
-            if (.not. allocated(error)) call mass%add_product(1.0_wp, shapes(:, first:last), work(:, :k, 2), error)
+            associate (finite => merge(theta(first:last), 0.0_wp, theta(first:last) < huge(1.0_wp)))
+               if (size(violations, 1) == 0) then
+                  call stiffness%residual(mass, finite, shapes(:, first:last), rest(:k), error)
+               else
+                  call stiffness%residual(mass, finite, shapes(:, first:last), rest(:k), error, force(:, :k))
+               end if
+            end associate
             if (allocated(error)) return
-            !$omp parallel do schedule(static) if (n > panel_rows)
-            do j = first, last
-               associate (force => work(:, j - first + 1, 1), inertia => work(:, j - first + 1, 2))
-                  if (theta(j) < huge(1.0_wp)) force = force - theta(j)*inertia
-               end associate
-            end do
-            !$omp end parallel do
             if (size(violations, 1) > 0) then
-               call balance_forces(constraints, work(:, :k, 1), self%multipliers(:, first:last), lengths)
+               call balance_forces(constraints, force(:, :k), self%multipliers(:, first:last), lengths)
+               rest(:k) = [(dnrm2(n, force(:, j), 1), j=1, k)]
+               violations = 0
                call constraints%add_product(1.0_wp, shapes(:, first:last), violations(:, :k))
             end if
             !$omp parallel do schedule(static) if (n > panel_rows)
             do j = first, last
                if (.not. theta(j) < huge(1.0_wp)) cycle
                associate (limit => rounding_of_sums*dnrm2(n, shapes(:, j), 1))
-                  impure(j) = .not. (dnrm2(n, work(:, j - first + 1, 1), 1) <= &
-                     limit*(level_of_stiffness + abs(theta(j))*level_of_mass) .and. &
+                  impure(j) = .not. (rest(j - first + 1) <= limit*(level_of_stiffness + abs(theta(j))*level_of_mass) .and. &
                      all(abs(violations(:, j - first + 1)) <= limit*lengths))
                end associate
                impure(j) = impure(j) .or. abs(theta(j)) <= nearly_zero*abs(shift)
@@ -325,7 +323,7 @@ contains
             !$omp end parallel do
          end do
       end associate
-      deallocate (work)
+      if (allocated(force)) deallocate (force)
       allocate (chosen, source=pack([(j, j=1, size(values))], impure))
       if (size(chosen) == 0) return
       allocate (y(size(shapes, 1), size(chosen)), xi(size(violations, 1), size(chosen)))

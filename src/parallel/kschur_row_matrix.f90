@@ -1,6 +1,7 @@
 !> A sparse matrix for many products, with its rows distributed over the processes of a solve. This build has one process;
 !> `with/mpi` has the module for several.
 module kschur_row_matrix
+   use kschur_columns_real, only: subtract_columns
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_processes, only: processes_type
@@ -27,6 +28,8 @@ module kschur_row_matrix
       procedure :: infinity_norm
       !> y := y + alpha A x, for real or complex blocks of vectors.
       generic :: add_product => add_product_real, add_product_complex
+      !> A x - B x diag(theta), or the lengths of its columns alone.
+      procedure :: residual
       procedure, private :: add_product_real, add_product_complex
    end type row_matrix_type
 
@@ -98,4 +101,27 @@ contains
 
       call self%matrix%add_product(alpha, x, y)
    end subroutine add_product_complex
+
+   subroutine residual(self, other, theta, x, lengths, error, y)
+      class(row_matrix_type), intent(in) :: self
+      !> B, distributed as A is.
+      class(row_matrix_type), intent(in) :: other
+      real(wp), intent(in) :: theta(:)
+      real(wp), contiguous, intent(in) :: x(:, :)
+      !> Norms of the columns.
+      real(wp), intent(out) :: lengths(:)
+      !> Fails if a process runs out of memory.
+      type(error_type), allocatable, intent(out) :: error
+      !> Absent: not wanted.
+      real(wp), contiguous, optional, intent(out) :: y(:, :)
+      real(wp), dimension(:, :), allocatable :: difference, subtracted
+
+      associate (unused => error)
+      end associate
+      allocate (difference(size(x, 1), size(x, 2)), subtracted(size(x, 1), size(x, 2)), source=0.0_wp)
+      call self%matrix%add_product(1.0_wp, x, difference)
+      call other%matrix%add_product(1.0_wp, x, subtracted)
+      call subtract_columns(theta, subtracted, difference, lengths)
+      if (present(y)) y = difference
+   end subroutine residual
 end module kschur_row_matrix

@@ -18,12 +18,14 @@ contains
    pure function row_sizes(matrix) result(sizes)
       type(csr_matrix_type), intent(in) :: matrix
       type(row_sizes_type) :: sizes
-      integer :: i
+      integer :: i, k
 
-      allocate (sizes%diagonal, source=abs(matrix%diagonal()))
+      allocate (sizes%diagonal(matrix%rows), source=0.0_wp)
       allocate (sizes%total(matrix%rows))
       do i = 1, matrix%rows
          sizes%total(i) = sum(abs(matrix%value(matrix%row_start(i):matrix%row_start(i + 1) - 1)))
+         k = matrix%place_of(i, i)
+         if (k > 0) sizes%diagonal(i) = abs(matrix%value(k))
       end do
    end function row_sizes
 

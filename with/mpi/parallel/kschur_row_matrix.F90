@@ -1,13 +1,16 @@
 !> A sparse matrix for many products, with its rows distributed over the processes of a solve. The first process sends requests,
 !> which the others execute in `serve_matrix`.
 module kschur_row_matrix
+   use kschur_columns_real, only: subtract_columns
    use kschur_error, only: error_type
    use kschur_halo_matrix, only: halo_matrix_type, new_halo_matrix
    use kschur_kinds, only: wp
    use kschur_matrix_rows, only: drop_entries, gather_rows, share_rows
-   use kschur_memory, only: complex_bytes, require_memory
+   use kschur_memory, only: complex_bytes, real_bytes, require_memory
    use kschur_processes, only: are_several, request_length, processes_type, spread_error, request_matrix
+   use kschur_row_exchange, only: gather, scatter, send_to_all
    use kschur_row_ranges, only: row_ranges, row_ranges_type
+   use kschur_row_sums, only: row_sums_type
    use kschur_sparse, only: csr_matrix_type
    use mpi_f08, only: MPI_Bcast, MPI_Comm, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_COMPLEX, MPI_DOUBLE_PRECISION, &
       MPI_Gatherv, MPI_MAX, MPI_Reduce, MPI_Scatterv
@@ -15,8 +18,8 @@ module kschur_row_matrix
    private
    public :: serve_matrix, part_of, row_matrix_part_type, row_matrix_type
 
-   ! Jobs: receive rows; multiply by real or complex vectors; return the rows to the first process; free them.
-   integer, parameter :: job_take = 1, job_real = 2, job_complex = 3, job_give = 4, job_forget = 5
+   ! Jobs: receive rows; multiply by real or complex vectors, or two matrices; return the rows to the first process; free them.
+   integer, parameter :: job_take = 1, job_real = 2, job_complex = 3, job_give = 4, job_forget = 5, job_residual = 6
 
    !> Local part of a matrix.
    type :: row_matrix_part_type
@@ -61,6 +64,8 @@ module kschur_row_matrix
       procedure :: infinity_norm
       !> y := y + alpha A x, for real or complex blocks of vectors.
       generic :: add_product => add_product_real, add_product_complex
+      !> A x - B x diag(theta), or the lengths of its columns alone.
+      procedure :: residual
       procedure, private :: add_product_real, add_product_complex
    end type row_matrix_type
 
@@ -166,7 +171,7 @@ contains
       !> All matrices in use.
       type(row_matrix_part_type), allocatable, intent(inout) :: parts(:)
       type(processes_type), intent(in) :: processes
-      !> After the code: job, number of the matrix, and number of vectors or rows.
+      !> After the code: job, number of the matrix, number of vectors or rows, number of another matrix, whether products are wanted.
       integer, intent(in) :: request(request_length)
       type(row_matrix_part_type) :: new
       type(csr_matrix_type) :: none
@@ -174,6 +179,7 @@ contains
       type(error_type), allocatable :: error
       real(wp) :: no_reals(0, request(4))
       complex(wp) :: no_complexes(0, request(4))
+      real(wp), dimension(merge(request(4), 0, request(2) == job_residual)) :: factors, lengths
       real(wp) :: norm
       integer :: i
 
@@ -190,6 +196,10 @@ contains
             call multiply_real(parts(i), 0.0_wp, no_reals, no_reals, processes%communicator, error)
          case (job_complex)
             call multiply_complex(parts(i), (0.0_wp, 0.0_wp), no_complexes, no_complexes, processes%communicator, error)
+         case (job_residual)
+            associate (other => parts(findloc(parts%number, request(5), dim=1)))
+               call subtract_products(parts(i), other, factors, no_reals, lengths, request(6) > 0, no_reals, processes, error)
+            end associate
          case (job_give)
             call give_rows(parts(i), none, processes, error)
          case (job_forget)
@@ -245,6 +255,75 @@ contains
       infinity_norm = self%norm
       if (.not. associated(self%others)) infinity_norm = self%matrix%infinity_norm()
    end function infinity_norm
+
+   subroutine residual(self, other, theta, x, lengths, error, y)
+      class(row_matrix_type), intent(in) :: self
+      !> B, distributed as A is.
+      class(row_matrix_type), intent(in) :: other
+      real(wp), intent(in) :: theta(:)
+      real(wp), contiguous, intent(in) :: x(:, :)
+      !> Norms of the columns.
+      real(wp), intent(out) :: lengths(:)
+      !> Fails if a process runs out of memory.
+      type(error_type), allocatable, intent(out) :: error
+      !> Absent: not wanted.
+      real(wp), contiguous, optional, intent(out) :: y(:, :)
+      real(wp), dimension(:, :), allocatable :: difference, subtracted
+
+      if (associated(self%others)) then
+         call self%others%send_request([request_matrix, job_residual, self%part%number, size(x, 2), other%part%number, &
+            merge(1, 0, present(y))])
+         if (present(y)) then
+            call subtract_products(self%part, other%part, theta, x, lengths, .true., y, self%others, error)
+         else
+            allocate (difference(0, size(x, 2)))
+            call subtract_products(self%part, other%part, theta, x, lengths, .false., difference, self%others, error)
+         end if
+         return
+      end if
+      allocate (difference(size(x, 1), size(x, 2)), subtracted(size(x, 1), size(x, 2)), source=0.0_wp)
+      call self%matrix%add_product(1.0_wp, x, difference)
+      call other%matrix%add_product(1.0_wp, x, subtracted)
+      call subtract_columns(theta, subtracted, difference, lengths)
+      if (present(y)) y = difference
+   end subroutine residual
+
+   ! The residual by rows: scatters the vectors of the first process, and adds up the norms there. Collective.
+   subroutine subtract_products(part, other, theta, x, lengths, wanted, y, processes, error)
+      type(row_matrix_part_type), intent(in) :: part, other
+      !> Significant in the first process, as x.
+      real(wp), intent(in) :: theta(:)
+      real(wp), contiguous, intent(in) :: x(:, :)
+      real(wp), intent(out) :: lengths(:)
+      !> Whether the first process gets the residual, too.
+      logical, intent(in) :: wanted
+      real(wp), contiguous, intent(inout) :: y(:, :)
+      type(processes_type), intent(in) :: processes
+      type(error_type), allocatable, intent(out) :: error
+      ! Memory check: three local vectors and their halo.
+      integer, parameter :: parts = 4
+      real(wp), dimension(:, :), allocatable :: here, difference, subtracted
+      real(wp) :: factors(size(theta), 1)
+      type(row_sums_type) :: sums
+      integer :: rows, j
+
+      rows = part%ranges%rows(processes%rank)
+      call require_memory(real_bytes*parts*size(theta)*real(rows, wp), "products of a matrix", error)
+      call spread_error(processes%communicator, error)
+      if (allocated(error)) return
+      factors(:, 1) = theta
+      call send_to_all(processes, factors)
+      allocate (here(rows, size(theta)), difference(rows, size(theta)), subtracted(rows, size(theta)), source=0.0_wp)
+      call scatter(processes, part%ranges, x, here)
+      call part%rows%add_product(1.0_wp, here, difference)
+      call other%rows%add_product(1.0_wp, here, subtracted)
+      call subtract_columns(factors(:, 1), subtracted, difference, lengths)
+      sums%communicator = processes%communicator
+      do j = 1, size(lengths)
+         lengths(j) = sums%length(lengths(j))
+      end do
+      if (wanted) call gather(processes, part%ranges, difference, y)
+   end subroutine subtract_products
 
 #define SCALAR real(wp)
 #define MPI_SCALAR MPI_DOUBLE_PRECISION
