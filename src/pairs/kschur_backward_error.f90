@@ -5,7 +5,7 @@ module kschur_backward_error
    use kschur_kinds, only: wp, xp
    use kschur_penalties, only: damping_penalties, norm_without, row_sizes, row_sizes_type, stiffness_penalties
    use kschur_problem, only: modal_problem_type
-   use kschur_products, only: multiply_pairs, pairs_at_once, products_type
+   use kschur_products, only: multiply_pairs, pairs_at_once, pair_rows_type, products_type
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_tolerances, only: blurred_entry, rounding_of_row
    implicit none
@@ -29,22 +29,29 @@ contains
 
    !> Computes the backward errors of pairs, and absolute bounds of the errors of their eigenvalues (1/s), NaN where not known.
    !> A few pairs at a time share the passes over the matrices.
-   subroutine judge_as_given(problem, pairs, is_rigid, errors, bounds)
+   subroutine judge_as_given(problem, pairs, is_rigid, errors, bounds, rows)
       type(modal_problem_type), intent(in) :: problem
       class(eigenpairs_type), intent(in) :: pairs
       !> Which pairs are rigid motions, or their decays, from the examination.
       logical, intent(in) :: is_rigid(:)
       real(wp), intent(out) :: errors(:), bounds(:)
+      !> Where the problem has the rows of this process only; absent: it has all.
+      type(pair_rows_type), optional, intent(in) :: rows
       type(csr_matrix_type) :: transposed
       type(products_type) :: products
       real(wp) :: norms(4)
       integer :: first, last, j
 
-      transposed = transpose_csr(problem%constraints)
-      norms = norms_of(problem)
+      if (present(rows)) then
+         transposed = rows%transposed
+         norms = rows%norms
+      else
+         transposed = transpose_csr(problem%constraints)
+         norms = norms_of(problem)
+      end if
       do first = 1, size(errors), pairs_at_once(pairs)
          last = min(first + pairs_at_once(pairs) - 1, size(errors))
-         call multiply_pairs(problem, transposed, pairs, first, last, .false., products)
+         call multiply_pairs(problem, transposed, pairs, first, last, .false., products, rows)
          do j = first, last
             call judge(problem%symmetric, norms, products, j - first + 1, pairs%lambda(j), is_rigid(j), errors(j), bounds(j))
          end do

@@ -6,16 +6,29 @@ module kschur_products
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp, xp
    use kschur_problem, only: damping_general, damping_none, modal_problem_type
+   use kschur_row_sums, only: row_sums_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_threads, only: panel_rows
    implicit none
    private
-   public :: multiply_pairs, pairs_at_once, products_type
+   public :: multiply_pairs, pairs_at_once, pair_rows_type, products_type
 
    ! Number of real columns multiplied at a time; a complex column is two.
    integer, parameter :: lanes = 4
    ! Number of rows multiplied at a time.
    integer, parameter :: block_rows = 64
+
+   !> Rows of a problem here, where several processes judge the same pairs together, each with its own. The first one has the pairs
+   !> and the constraints, and alone gets results.
+   type :: pair_rows_type
+      !> Number of rows before those here.
+      integer :: before = 0
+      type(row_sums_type) :: sums
+      !> Rows of Cq^T here.
+      type(csr_matrix_type) :: transposed
+      !> Norms of the whole matrices, as of `norms_of`.
+      real(wp) :: norms(4) = 0
+   end type pair_rows_type
 
    !> Products of a few pairs. Each pair has `parts` columns: the real and, of complex shapes, the imaginary part.
    type :: products_type
@@ -30,6 +43,8 @@ module kschur_products
       !> Coefficients of Rayleigh's functional of a symmetric problem, 3 x pairs: phi^T M phi, phi^T R phi and, if forces were
       !> summed in extended precision, phi^T (K phi + i H phi + Cq^T xi) + xi^T Cq phi.
       complex(xp), allocatable :: forms(:, :)
+      !> What adds up sums over rows.
+      type(row_sums_type), private :: sums
    contains
       !> The norm of a combination of the forces of pair l.
       procedure :: norm_of_forces
@@ -45,7 +60,7 @@ contains
    end function pairs_at_once
 
    !> Computes the products of pairs first..last, at most `pairs_at_once`, with their norms and forms.
-   subroutine multiply_pairs(problem, transposed, pairs, first, last, extended, products)
+   subroutine multiply_pairs(problem, transposed, pairs, first, last, extended, products, rows)
       type(modal_problem_type), intent(in) :: problem
       !> Cq^T.
       type(csr_matrix_type), intent(in) :: transposed
@@ -54,25 +69,35 @@ contains
       !> Whether to sum forces, which may cancel, in extended precision, for Rayleigh's functional.
       logical, intent(in) :: extended
       type(products_type), intent(inout) :: products
+      !> Where the rows of the problem and of Cq^T are only those of this process; absent: all are here.
+      type(pair_rows_type), optional, intent(in) :: rows
       real(wp), allocatable :: phi(:, :), xi(:, :, :)
-      integer :: n, i
+      integer :: n, i, before
 
       n = problem%unknowns()
+      allocate (phi(lanes, problem%mass%columns), xi(lanes, transposed%columns, 2*pairs_at_once(pairs)/lanes))
       call pack_parts(pairs, first, last, phi, xi)
+      before = 0
+      if (present(rows)) then
+         before = rows%before
+         products%sums = rows%sums
+         call rows%sums%send(size(phi), phi)
+         call rows%sums%send(size(xi), xi)
+      end if
       call allocate_products(products, n, merge(1, 2, pairs%is_real()))
       !$omp parallel do schedule(static) if (n > panel_rows)
       do i = 1, n, block_rows
-         call multiply_rows(problem, transposed, i, min(i + block_rows - 1, n), phi, xi, extended, products)
+         call multiply_rows(problem, transposed, i, min(i + block_rows - 1, n), before, phi, xi, extended, products)
       end do
       !$omp end parallel do
       call set_norms_and_forms(problem, phi, xi, last - first + 1, extended, products)
    end subroutine multiply_pairs
 
-   ! Computes rows first..last of the products.
-   subroutine multiply_rows(problem, transposed, first, last, phi, xi, extended, products)
+   ! Computes rows first..last of the products, of those here.
+   subroutine multiply_rows(problem, transposed, first, last, before, phi, xi, extended, products)
       type(modal_problem_type), intent(in) :: problem
       type(csr_matrix_type), intent(in) :: transposed
-      integer, intent(in) :: first, last
+      integer, intent(in) :: first, last, before
       real(wp), contiguous, intent(in) :: phi(:, :), xi(:, :, :)
       logical, intent(in) :: extended
       type(products_type), intent(inout) :: products
@@ -98,7 +123,7 @@ contains
          call multiply(problem%damping, first, last, phi, damping)
       end if
       do l = 1, lanes
-         products%phi(first:last, l) = phi(l, first:last)
+         products%phi(first:last, l) = phi(l, before + first:before + last)
          products%mass(first:last, l) = mass(l, :k)
          products%damping(first:last, l) = damping(l, :k)
          if (products%parts == 2) products%static_forces(first:last, l) = static_forces(l, :k)
@@ -138,23 +163,27 @@ contains
       integer, intent(in) :: pairs
       logical, intent(in) :: extended
       type(products_type), intent(inout) :: products
-      real(wp), allocatable :: length(:)
-      complex(xp), allocatable :: forms(:, :)
-      integer :: l
+      complex(xp) :: forms(3)
+      ! The square of the norm, and the parts of the forms.
+      real(xp) :: sums(7, pairs)
+      integer :: i, l
 
       associate (parts => products%parts)
          call multiply_constraints(problem%constraints, phi, xi, parts, pairs, products%constraints)
-         allocate (length(pairs), forms(3, pairs))
-         forms = 0
-         !$omp parallel do schedule(static) if (problem%unknowns() > panel_rows)
+         sums = 0
+         !$omp parallel do schedule(static) private(forms) if (problem%unknowns() > panel_rows)
          do l = 1, pairs
-            length(l) = norm_of(products%phi(:, parts*(l - 1) + 1:parts*l))
-            if (problem%symmetric) forms(:, l) = forms_of(products, l, extended)
+            sums(1, l) = square_of(products%phi(:, parts*(l - 1) + 1:parts*l))
+            if (.not. problem%symmetric) cycle
+            forms = forms_of(products, l, extended)
+            sums(2:4, l) = real(forms, xp)
+            sums(5:7, l) = aimag(forms)
          end do
          !$omp end parallel do
       end associate
-      call move_alloc(length, products%length)
-      call move_alloc(forms, products%forms)
+      call products%sums%add_up(sums)
+      products%length = real(sqrt(sums(1, :)), wp)
+      products%forms = reshape([(cmplx(sums(2:4, i), sums(5:7, i), xp), i=1, pairs)], [3, pairs])
    end subroutine set_norms_and_forms
 
    ! Allocates the products for shapes of one or two parts, unless they are already.
@@ -176,13 +205,12 @@ contains
    subroutine pack_parts(pairs, first, last, phi, xi)
       class(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: first, last
-      real(wp), allocatable, intent(out) :: phi(:, :), xi(:, :, :)
+      !> Unchanged in a process without shapes.
+      real(wp), contiguous, intent(inout) :: phi(:, :), xi(:, :, :)
       integer :: i, j, l
 
-      allocate (phi(lanes, pairs%rows()))
-      allocate (xi(lanes, size(pairs%xi, 1), 2*pairs_at_once(pairs)/lanes))
       !$omp parallel do schedule(static) private(j) if (size(phi, 2) > panel_rows)
-      do i = 1, size(phi, 2)
+      do i = 1, pairs%rows()
          phi(:, i) = 0
          if (pairs%is_real()) then
             phi(:last - first + 1, i) = pairs%real_phi(i, first:last)
@@ -195,7 +223,7 @@ contains
       end do
       !$omp end parallel do
       !$omp parallel do schedule(static) private(j, l) if (size(xi, 2) > panel_rows)
-      do i = 1, size(xi, 2)
+      do i = 1, size(pairs%xi, 1)
          xi(:, i, :) = 0
          do j = first, last
             l = j - first
@@ -296,6 +324,7 @@ contains
       complex(wp), intent(in) :: weights(2)
       real(wp), intent(in) :: static_weight
       real(xp), allocatable :: squares(:)
+      real(xp) :: total(1, 1)
       integer :: n, i
 
       n = size(self%static_forces, 1)
@@ -305,7 +334,9 @@ contains
          squares(i) = square_of_combination(self, l, weights, static_weight, (i - 1)*panel_rows + 1, min(i*panel_rows, n))
       end do
       !$omp end parallel do
-      norm = real(sqrt(sum(squares)), wp)
+      total = sum(squares)
+      call self%sums%add_up(total)
+      norm = real(sqrt(total(1, 1)), wp)
    end function norm_of_forces
 
    ! The sum of squares of rows first..last of the combination in `norm_of_forces`.
@@ -330,18 +361,16 @@ contains
       square = dot(sums(:, 1), sums(:, 1)) + dot(sums(:, 2), sums(:, 2))
    end function square_of_combination
 
-   ! The Frobenius norm, summed in extended precision, in which squares do not overflow.
-   pure real(wp) function norm_of(x) result(norm)
+   ! The square of the Frobenius norm, in extended precision, in which it does not overflow.
+   pure real(xp) function square_of(x) result(total)
       real(wp), contiguous, intent(in) :: x(:, :)
-      real(xp) :: total
       integer :: j
 
       total = 0
       do j = 1, size(x, 2)
          total = total + dot(x(:, j), x(:, j))
       end do
-      norm = real(sqrt(total), wp)
-   end function norm_of
+   end function square_of
 
    ! x^T y in extended precision, in four independent sums for speed.
    pure real(xp) function dot(x, y)

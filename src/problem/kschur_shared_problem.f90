@@ -20,6 +20,8 @@ module kschur_shared_problem
       procedure, nopass :: assemble
       !> Fails if the processes that share it differ from those of the solve.
       procedure, nopass :: check
+      !> Whether the processes of a solve share its rows.
+      procedure, nopass :: is_distributed
       !> Frees the entries of the whole M, R and K in the first process, while other arrays need the memory; restores them.
       procedure, nopass :: put_away
       procedure, nopass :: bring_back
@@ -42,6 +44,14 @@ contains
       associate (unused => processes, unchanged => error)
       end associate
    end subroutine check
+
+   logical function is_distributed(processes)
+      type(processes_type), pointer, intent(in) :: processes
+
+      associate (unused => processes)
+      end associate
+      is_distributed = .false.
+   end function is_distributed
 
    subroutine put_away(processes)
       type(processes_type), pointer, intent(in) :: processes

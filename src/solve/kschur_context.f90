@@ -39,6 +39,8 @@ module kschur_context
       type(modal_problem_type), pointer :: problem => null()
       !> Distributed owner of the problem, which can free its whole matrices; not associated: they stay.
       type(shared_problem_type), pointer :: shared => null()
+      !> Norms of its matrices, by `norms_of`; not allocated unless it is distributed.
+      real(wp), allocatable :: norms(:)
       type(modal_options_type) :: options
       type(inner_solvers_type) :: inner
       !> Symbolic analysis and memory that these solvers share.

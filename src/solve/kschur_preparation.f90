@@ -1,5 +1,6 @@
 !> Prepares a problem for the iteration: reduces and examines it.
 module kschur_preparation
+   use kschur_backward_error, only: norms_of
    use kschur_balance, only: balance
    use kschur_clock, only: clock, seconds_since
    use kschur_context, only: solve_context_type, whole_iterated
@@ -75,6 +76,10 @@ contains
       integer(long) :: started
 
       s%known%redundant = s%plan%redundant
+      if (associated(s%shared)) then
+         ! Processes judge modes by their rows, each of which does not tell norms.
+         if (s%shared%is_distributed(s%processes)) s%norms = norms_of(s%problem)
+      end if
       call note_penalties(s%problem, s%notes)
       call note_suspicions(s%problem, s%notes)
       if (s%plan%unknowns_after == 0) then

@@ -17,6 +17,7 @@ module kschur_search
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, reason_max_restarts
    use kschur_shapes, only: independent_part, independent_parts
+   use kschur_shared_judgement, only: judge_by_rows
    use kschur_shift, only: factor_beside, move_to_modes
    use kschur_text, only: text
    use kschur_tolerances, only: dependent_state, equal_value, no_correct_digits, same_shape, same_value, too_far
@@ -281,8 +282,8 @@ contains
       call pairs%make_complex()
    end function accepted_pairs
 
-   ! Expands modes of the iterated problem to the problem as given, and computes their backward errors and error bounds there. Whole
-   ! matrices of the iterated problem may be freed.
+   ! Expands modes of the iterated problem to the problem as given, and computes their backward errors and error bounds there, by rows
+   ! if it is distributed. Else, and for multipliers that follow from it, whole matrices of the iterated problem may be freed.
    subroutine expand_modes(s, modes, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
@@ -290,7 +291,7 @@ contains
       integer :: j
 
       call require_memory(s%bytes_of_shapes(2*size(modes%lambda)), "mode shapes", error)
-      if (.not. allocated(error)) call s%hold(whole_given, error)
+      if (.not. allocated(error) .and. (.not. allocated(s%norms) .or. s%plan%eliminated > 0)) call s%hold(whole_given, error)
       if (.not. allocated(error)) call s%expand(modes%eigenpairs_type, error)
       if (allocated(error)) return
       do j = 1, size(modes%lambda)
@@ -304,7 +305,12 @@ contains
             end if
          end associate
       end do
-      call judge_as_given(s%problem, modes%eigenpairs_type, modes%motion > 0, modes%backward_error, modes%error_bound)
+      if (allocated(s%norms)) then
+         call judge_by_rows(s%shared, s%processes, s%norms, modes%eigenpairs_type, modes%motion > 0, modes%backward_error, &
+            modes%error_bound, error)
+      else
+         call judge_as_given(s%problem, modes%eigenpairs_type, modes%motion > 0, modes%backward_error, modes%error_bound)
+      end if
    end subroutine expand_modes
 
    ! Restricts modes of the problem as given to the iterated problem.

@@ -18,7 +18,7 @@ module kschur_processes
    !> Codes of requests; further integers follow.
    integer, parameter, public :: request_end = 0, request_mumps = 1, request_parts = 2, request_basis = 3, request_matrix = 4, &
       request_operator = 5, request_together = 6, request_problem = 7, request_quadratic = 8, request_two_level = 9, &
-      request_ldl = 10
+      request_ldl = 10, request_judge = 11
    integer, parameter, public :: request_length = 9
 
    !> A group of processes.

@@ -29,6 +29,8 @@ module kschur_shared_problem
       procedure :: give
       !> Fails if the processes that share it differ from those of the solve.
       procedure :: check
+      !> Whether the processes of a solve share its rows.
+      procedure :: is_distributed
       !> Frees the entries of the whole M, R, K and H in the first process, while other arrays need the memory; restores them.
       procedure :: put_away
       procedure :: bring_back
@@ -116,12 +118,19 @@ contains
          "a problem that "//text(self%parts)//" processes have read is to be solved by "//text(processes%number))
    end subroutine check
 
-   ! Small problems are kept whole.
+   ! Small problems are not.
+   logical function is_distributed(self, processes)
+      class(shared_problem_type), intent(in) :: self
+      type(processes_type), pointer, intent(in) :: processes
+
+      is_distributed = self%parts > 1 .and. are_several(processes, self%problem%unknowns())
+   end function is_distributed
+
    subroutine put_away(self, processes)
       class(shared_problem_type), intent(inout) :: self
       type(processes_type), pointer, intent(in) :: processes
 
-      if (self%away .or. self%parts == 1 .or. .not. are_several(processes, self%problem%unknowns())) return
+      if (self%away .or. .not. self%is_distributed(processes)) return
       call drop_entries(self%problem%mass)
       call drop_entries(self%problem%damping)
       call drop_entries(self%problem%stiffness)

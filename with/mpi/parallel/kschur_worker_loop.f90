@@ -6,10 +6,12 @@ module kschur_worker_loop
    use kschur_factor_parts, only: factor_parts_type
    use kschur_joint_ldl_worker, only: serve_ldl
    use kschur_mumps_worker, only: serve_mumps
-   use kschur_processes, only: request_length, processes_type, request_basis, request_end, request_ldl, request_matrix, &
-      request_mumps, request_operator, request_parts, request_problem, request_quadratic, request_together, request_two_level
+   use kschur_processes, only: request_length, processes_type, request_basis, request_end, request_judge, request_ldl, &
+      request_matrix, request_mumps, request_operator, request_parts, request_problem, request_quadratic, request_together, &
+      request_two_level
    use kschur_quadratic_rows, only: serve_quadratic_operator, quadratic_parts_type
    use kschur_row_matrix, only: serve_matrix, row_matrix_part_type
+   use kschur_shared_judgement, only: serve_judgement
    use kschur_shared_problem, only: shared_problem_type
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    use kschur_symmetric_rows, only: serve_symmetric_operator
@@ -44,6 +46,8 @@ contains
          select case (request(1))
          case (request_problem)
             call shared%give(processes, none)
+         case (request_judge)
+            call serve_judgement(shared, processes, request)
          case (request_matrix)
             call serve_matrix(parts, processes, request)
          case (request_mumps)
