@@ -81,15 +81,13 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> Asked before and after each dense step whether to go on.
       class(monitor_type), optional, intent(inout) :: monitor
-      !> The matrices of the problem, distributed: M and R are put away while K is factored. Absent: they are not.
+      !> The matrices of the problem, distributed: they are put away while K is factored. Absent: they are not.
       type(row_problem_type), optional, intent(inout) :: matrices
       type(null_space_type), allocatable :: rigid
-      logical :: needs_root_spaces, held
+      logical :: needs_root_spaces
 
       allocate (rigid)
-      ! Before R is put away.
-      held = are_held(problem)
-      call find_null_space(rigid, problem, problem%stiffness, held, inner, for_rigid_motions, effort, error, matrices)
+      call find_null_space(rigid, problem, problem%stiffness, are_held(problem), inner, for_rigid_motions, effort, error, matrices)
       if (present(matrices) .and. .not. allocated(error)) call matrices%bring_back(all_three, error)
       if (.not. allocated(error)) call ask_monitor(monitor, error)
       if (.not. allocated(error)) call check_inertia(problem, rigid%motions, examination%singular_motion, error)

@@ -17,7 +17,7 @@ module kschur_null_space
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: state_of_seed
    use kschur_random_pattern, only: random_on_pattern
-   use kschur_row_problem, only: all_three, row_problem_type, stiffness_alone
+   use kschur_row_problem, only: all_three, row_problem_type
    use kschur_saddle, only: bordered, saddle_structure
    use kschur_singular_vectors, only: right_singular_vectors
    use kschur_solver_choice, only: inner_solvers_type
@@ -90,8 +90,8 @@ contains
       !> Accounts for the factorisations, and for the solves with all but the last one.
       class(effort_type), intent(inout) :: effort
       type(error_type), allocatable, intent(out) :: error
-      !> The matrices of the problem, distributed, of which A is the stiffness: the first process has the others whole while A is
-      !> scaled only. Absent: they are not distributed.
+      !> The matrices of the problem, distributed, of which A is the stiffness: the first process has them whole while it scales A
+      !> only. Absent: they are not distributed.
       type(row_problem_type), optional, intent(inout) :: matrices
       integer, parameter :: attempts = 3
       class(real_linear_solver_type), allocatable :: solver
@@ -231,7 +231,7 @@ contains
       if (allocated(error)) return
       ! The pattern includes that of M, so that one symbolic analysis serves K and K - s M.
       a = linear_combination(1.0_wp, matrix, 0.0_wp, problem%mass)
-      if (present(matrices)) call matrices%put_away(.not. stiffness_alone)
+      if (present(matrices)) call matrices%put_away(all_three)
       structure = saddle_structure(problem)
       if (.not. problem%symmetric) structure%symmetric = a%is_symmetric()
       space%symmetric = structure%symmetric

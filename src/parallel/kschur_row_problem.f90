@@ -10,8 +10,8 @@ module kschur_row_problem
    public :: row_problem_type
 
    !> Choices of M, R and K.
-   logical, parameter, public :: mass_alone(3) = [.true., .false., .false.], stiffness_alone(3) = [.false., .false., .true.], &
-      undamped(3) = [.true., .false., .true.], all_three(3) = .true.
+   logical, parameter, public :: mass_alone(3) = [.true., .false., .false.], undamped(3) = [.true., .false., .true.], &
+      all_three(3) = .true.
 
    !> The distributed M, R and K. The constraints are not distributed.
    type :: row_problem_type

@@ -113,7 +113,7 @@ contains
          s%effort%seconds%analyze = s%effort%seconds%analyze + seconds_since(started)
          if (allocated(error)) return
          call consider_dense(s)
-         if (frees_damping(s)) call s%share_matrices(error)
+         if (frees_matrices(s)) call s%share_matrices(error)
          if (allocated(error)) return
          ! Unless they are allocated, they count as absent.
          call find_rigid_motions(s%work, s%formulation, merge(huge(1), s%options%modes, s%dense), s%inner, s%known, s%effort, &
@@ -139,13 +139,13 @@ contains
       s%known%redundant = s%plan%redundant + s%known%redundant
    end subroutine examine
 
-   ! Whether several processes distribute the matrices before the stiffness is factored, which needs no R then.
-   logical function frees_damping(s)
+   ! Whether several processes distribute the matrices before the stiffness is factored, which needs none of them whole.
+   logical function frees_matrices(s)
       type(solve_context_type), intent(in) :: s
 
-      frees_damping = are_several(s%processes, s%work%unknowns()) .and. s%work%symmetric .and. .not. s%dense .and. &
+      frees_matrices = are_several(s%processes, s%work%unknowns()) .and. s%work%symmetric .and. .not. s%dense .and. &
          any(s%formulation == [formulation_symmetric, formulation_proportional, formulation_quadratic])
-   end function frees_damping
+   end function frees_matrices
 
    ! Makes the error that names the unknowns of a motion without mass, damping and stiffness.
    subroutine name_motion(s, error)

@@ -10,7 +10,7 @@ program check_halo
    use kschur_matrix_rows, only: gather_rows, share_rows
    use kschur_processes, only: join_processes, processes_type
    use kschur_random, only: random_vector
-   use kschur_row_problem, only: all_three, row_problem_type, stiffness_alone, undamped
+   use kschur_row_problem, only: all_three, mass_alone, row_problem_type, undamped
    use kschur_row_ranges, only: row_ranges, row_ranges_type
    use kschur_worker_loop, only: worker_loop
    use mpi_f08, only: MPI_Allreduce, MPI_Comm_rank, MPI_Comm_size, MPI_COMM_WORLD, MPI_Finalize, MPI_Init, MPI_INTEGER, &
@@ -81,7 +81,7 @@ contains
       end associate
    end subroutine check
 
-   ! M and R are put away, then all three; then M and K are back, then all.
+   ! R and K are put away, then all three; then M and K are back, then all.
    subroutine check_put_away(order)
       integer, intent(in) :: order
       type(processes_type), target :: processes_of_all
@@ -111,8 +111,8 @@ contains
          allocate (problem)
          call problem%share(matrices(1), matrices(2), matrices(3), several, error)
          call expect(.not. allocated(error))
-         call problem%put_away(.not. stiffness_alone)
-         call expect(all([(is_whole(matrices(l), given(l)), l=1, 3)] .eqv. (stiffness_alone .or. alone)))
+         call problem%put_away(.not. mass_alone)
+         call expect(all([(is_whole(matrices(l), given(l)), l=1, 3)] .eqv. (mass_alone .or. alone)))
          call problem%put_away(all_three)
          call expect(all([(is_whole(matrices(l), given(l)), l=1, 3)] .eqv. alone))
          y = 0
