@@ -282,8 +282,8 @@ contains
       call pairs%make_complex()
    end function accepted_pairs
 
-   ! Expands modes of the iterated problem to the problem as given, and computes their backward errors and error bounds there, by rows
-   ! if it is distributed. Else, and for multipliers that follow from it, whole matrices of the iterated problem may be freed.
+   ! Expands modes of the iterated problem to the problem as given, and computes their backward errors and error bounds there, by
+   ! rows if it is distributed. Else, and for multipliers that follow from it, whole matrices of the iterated problem may be freed.
    subroutine expand_modes(s, modes, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes

@@ -171,7 +171,7 @@ contains
       !> All matrices in use.
       type(row_matrix_part_type), allocatable, intent(inout) :: parts(:)
       type(processes_type), intent(in) :: processes
-      !> After the code: job, number of the matrix, number of vectors or rows, number of another matrix, whether products are wanted.
+      !> After the code: job, number of the matrix, and of vectors or rows; number of another matrix, whether products are wanted.
       integer, intent(in) :: request(request_length)
       type(row_matrix_part_type) :: new
       type(csr_matrix_type) :: none
