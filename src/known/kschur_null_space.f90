@@ -422,7 +422,7 @@ contains
          if (allocated(error)) return
          call orthonormalize(basis, n, x)
       end do
-      allocate (forces, source=product_of(space%matrix, transposed, x))
+      allocate (forces, source=space%matrix%product(x, transposed))
       ! Drops columns with a large force, whose rounding would hide the forces of others.
       allocate (nearly_null, source=pack([(j, j=1, size(x, 2))], norm2(forces, 1) < sqrt(real(n, wp))))
       if (size(nearly_null) == 0) return
@@ -476,28 +476,13 @@ contains
       real(wp), allocatable :: residual(:, :)
 
       allocate (residual, source=f)
-      residual = residual - product_of(space%matrix, transposed, x)
+      residual = residual - space%matrix%product(x, transposed)
       if (present(null_vectors) .and. space%symmetric .and. &
          (space%matrix%rows == space%unknowns .or. .not. allocated(space%added%value))) &
          call subtract(null_vectors, null_vectors, residual)
       call solve(space, transposed, residual, error)
       if (.not. allocated(error)) x = x + residual
    end subroutine correct
-
-   ! A x, or A^T x.
-   function product_of(matrix, transposed, x) result(y)
-      type(csr_matrix_type), intent(in) :: matrix
-      logical, intent(in) :: transposed
-      real(wp), contiguous, intent(in) :: x(:, :)
-      real(wp) :: y(size(x, 1), size(x, 2))
-
-      y = 0
-      if (transposed) then
-         call matrix%add_transposed_product(1.0_wp, x, y)
-      else
-         call matrix%add_product(1.0_wp, x, y)
-      end if
-   end function product_of
 
    ! Solves with the factors of A + E, or with their transpose, in place.
    subroutine solve(space, transposed, x, error)

@@ -27,6 +27,8 @@ module kschur_csr
       procedure :: bytes
       !> y := y + alpha A x, for real or complex blocks of vectors.
       generic :: add_product => add_product_real, add_product_complex
+      !> A x, or A^T x.
+      procedure :: product
       !> y := y + alpha A^T x, for real or complex blocks of vectors.
       generic :: add_transposed_product => add_transposed_product_real, add_transposed_product_complex
       !> Largest sum of magnitudes over a row.
@@ -117,6 +119,21 @@ contains
          call add_rows(self%row_start, self%column, self%value, alpha, x(:, j), y(:, j))
       end do
    end subroutine add_product_complex
+
+   !> A x, or A^T x.
+   function product(self, x, transposed) result(y)
+      class(csr_matrix_type), intent(in) :: self
+      real(wp), contiguous, intent(in) :: x(:, :)
+      logical, intent(in) :: transposed
+      real(wp) :: y(merge(self%columns, self%rows, transposed), size(x, 2))
+
+      y = 0
+      if (transposed) then
+         call self%add_transposed_product(1.0_wp, x, y)
+      else
+         call self%add_product(1.0_wp, x, y)
+      end if
+   end function product
 
    pure subroutine add_transposed_product_real(self, alpha, x, y)
       class(csr_matrix_type), intent(in) :: self
