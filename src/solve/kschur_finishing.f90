@@ -18,8 +18,8 @@ module kschur_finishing
    use kschur_shapes, only: independent_part, independent_parts
    use kschur_split, only: cluster_type, split
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_tolerances, only: accepted_backward_error, cancelled, dependent_state, equal_value, known_well, &
-      no_correct_digits, real_tolerance, same_shape, same_value, uneven
+   use kschur_tolerances, only: cancelled, dependent_state, equal_value, known_well, no_correct_digits, same_shape, same_value, &
+      uneven
    implicit none
    private
    public :: are_good, finish_modes, refine_modes
@@ -112,9 +112,6 @@ contains
          call polish_clusters(s, modes, clusters, judgement, .true., not_found, error)
          if (allocated(error)) return
       end do
-      ! Rounding of the stiffness may be what hides a mode of a symmetric problem: its bound says so.
-      if (s%problem%symmetric .and. any(not_found)) &
-         not_found = unpack(may_be_infinite(s%work, chosen_pairs(modes, not_found)), not_found, .false.)
       call leave_out(modes, not_found)
    end subroutine refine_modes
 
@@ -289,31 +286,11 @@ contains
 
          associate (members => cluster%members)
             is_suspect = any(judgement%poor(members) .or. judgement%doubtful(members))
-            if (.not. is_suspect .and. size(members) > 1 .and. abs(cluster%centre) > 0) is_suspect = &
-               any(.not. are_independent(modes, members, judgement%errors(members)))
+            if (.not. is_suspect .and. size(members) > 1 .and. abs(cluster%centre) > 0) &
+               is_suspect = any(independent_parts(modes, members) <= dependent_state)
          end associate
       end function is_suspect
    end subroutine find_suspects
-
-   ! Which members of a cluster do not repeat those before: their states are far from the span of these, or accurate enough that
-   ! the rest is an eigenvector by itself, as of copies with nearly parallel shapes. It combines unit states with coefficients of
-   ! at most the inverse of the product of their independent parts (Cramer's rule, Hadamard's inequality), and so their errors.
-   function are_independent(modes, members, errors) result(independent)
-      type(modes_type), intent(in) :: modes
-      !> Positions of the members, and their backward errors.
-      integer, intent(in) :: members(:)
-      real(wp), intent(in) :: errors(:)
-      logical :: independent(size(members))
-      real(wp) :: parts(size(members))
-      integer :: j
-
-      parts = independent_parts(modes, members)
-      independent = parts > dependent_state
-      do j = 1, size(members)
-         if (parts(j) > same_shape) &
-            independent(j) = independent(j) .or. sum(errors(:j)) <= accepted_backward_error*product(parts(:j))
-      end do
-   end function are_independent
 
    ! Factors the problem beside one cluster, polishes it, and accepts the pairs found there or leaves the members as they were.
    ! A singular matrix, no convergence or a cancellation leaves them, too.
@@ -356,11 +333,6 @@ contains
       end if
       if (is_accepted()) then
          replaced(cluster%members) = .true.
-         associate (lambda => polished%pairs%lambda)
-            ! What leads a little off an axis is rounding.
-            if (polisher%refines .and. .not. any(abs(real(members%lambda, wp)) > 0)) &
-               lambda = merge(cmplx(0, aimag(lambda), wp), lambda, abs(real(lambda, wp)) <= real_tolerance*abs(lambda))
-         end associate
          if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
          ! Two clusters of inaccurate eigenvalues may be the same: both find the same pairs then.
          call drop_dependent(polished%pairs, found)
@@ -377,8 +349,7 @@ contains
       integer function least_number() result(number)
          logical :: certain(size(cluster%members))
 
-         certain = are_independent(modes, cluster%members, judgement%errors(cluster%members)) .and. &
-            .not. judgement%doubtful(cluster%members)
+         certain = independent_parts(modes, cluster%members) > dependent_state .and. .not. judgement%doubtful(cluster%members)
          number = cluster%count_eigenvalues(pack(modes%lambda(cluster%members), certain))
       end function least_number
 
