@@ -71,7 +71,7 @@ contains
             end if
             if (pairs%paired(j) .and. .not. abs(aimag(pairs%lambda(j))) > 0) then
                double_real = [double_real, j]
-               call append_pairs(copies, second_copy(pairs, j))
+               call append_pairs(copies, part_on_axis(pairs, j, imaginary=.true.))
             end if
             if (moved) then
                call replace_pair(pairs, j, on_axis)
@@ -111,11 +111,15 @@ contains
       real(wp) :: copy_errors(size(double_real))
       integer :: i
 
-      copy_errors = backward_errors(problem, copies)
-      where (residual_parts(problem, copies, copy_errors < 1) > spurious) copy_errors = 1
+      copy_errors = huge(1.0_wp)
+      ! A real shape has no imaginary part.
+      if (.not. pairs%is_real()) then
+         copy_errors = backward_errors(problem, copies)
+         where (residual_parts(problem, copies, copy_errors < 1) > spurious) copy_errors = 1
+      end if
       do i = 1, size(double_real)
          associate (j => double_real(i))
-            if (copy_errors(i) <= max(100*errors(j), accepted_backward_error) .and. .not. pairs%is_real()) cycle
+            if (copy_errors(i) <= max(100*errors(j), accepted_backward_error)) cycle
             ! The imaginary part is no eigenvector: repeats the first shape.
             copy_errors(i) = errors(j)
             if (pairs%is_real()) then
@@ -130,28 +134,6 @@ contains
       bounds = [bounds, bounds(double_real)]
       call append_pairs(pairs, copies)
    end subroutine append_copies
-
-   ! The second copy of a double eigenvalue: the imaginary part, of unit norm, of a shape rotated to be as real as possible; a real
-   ! shape has none and is copied.
-   function second_copy(pairs, j) result(copy)
-      type(eigenpairs_type), intent(in) :: pairs
-      integer, intent(in) :: j
-      type(eigenpairs_type) :: copy
-      complex(wp) :: phase
-      real(wp) :: length
-
-      allocate (copy%lambda, source=pairs%lambda(j:j))
-      allocate (copy%xi, source=pairs%xi(:, j:j))
-      if (pairs%is_real()) then
-         allocate (copy%real_phi, source=pairs%real_phi(:, j:j))
-         return
-      end if
-      phase = real_phase(sum(pairs%phi(:, j)**2))
-      allocate (copy%phi, source=cmplx(aimag(phase*pairs%phi(:, j:j)), kind=wp))
-      length = max(norm2(real(copy%phi, wp)), tiny(1.0_wp))
-      copy%phi = copy%phi/length
-      copy%xi = aimag(phase*copy%xi)/length
-   end function second_copy
 
    ! Moves lambda to the nearest root of forms(1) lambda^2 + forms(2) lambda + forms(3), if that is a relative change of at most
    ! `correctable`.
@@ -228,7 +210,7 @@ contains
                call move_eigenvalue(problem, pairs, j, cmplx(real(lambda, wp), 0, wp))
             return
          end if
-         on_axis = real_pair(pairs, j)
+         on_axis = part_on_axis(pairs, j, imaginary=.false.)
          if (.not. norm2(on_axis%real_phi) > 0) return
          call multiply_pairs(problem, transposed, on_axis, 1, 1, problem%symmetric, products)
          limit = residual_of(problem, pairs, j)
@@ -251,21 +233,23 @@ contains
       end associate
    end subroutine move_to_real_axis
 
-   ! Pair j on the real axis: the real part, of unit norm, of its shape rotated to be as real as possible.
-   function real_pair(pairs, j) result(pair)
+   ! Pair j on the real axis: the real or the imaginary part, of unit norm, of its shape rotated to be as real as possible.
+   function part_on_axis(pairs, j, imaginary) result(pair)
       type(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: j
+      logical, intent(in) :: imaginary
       type(eigenpairs_type) :: pair
       complex(wp) :: phi(pairs%rows()), phase
       real(wp) :: length
 
       phi = pairs%column(j)
       phase = real_phase(sum(phi**2))
+      if (imaginary) phase = cmplx(aimag(phase), -real(phase, wp), wp)
       length = max(norm2(real(phase*phi, wp)), tiny(1.0_wp))
       allocate (pair%lambda(1), source=cmplx(real(pairs%lambda(j), wp), 0, wp))
       allocate (pair%real_phi, source=reshape(real(phase*phi, wp)/length, [size(phi), 1]))
       allocate (pair%xi, source=cmplx(real(phase*pairs%xi(:, j:j), wp)/length, 0, wp))
-   end function real_pair
+   end function part_on_axis
 
    ! Replaces shape and multipliers of pair j by those of a real pair.
    pure subroutine replace_pair(pairs, j, pair)
