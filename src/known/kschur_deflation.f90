@@ -218,15 +218,8 @@ contains
    subroutine project_complex(self, x)
       class(deflation_type), intent(in) :: self
       complex(wp), intent(inout) :: x(:, :)
-      real(wp), allocatable :: parts(:, :, :)
 
-      if (size(self%decay) == 0) return
-      allocate (parts(size(x, 1), size(x, 2), 2))
-      parts(:, :, 1) = real(x, wp)
-      parts(:, :, 2) = aimag(x)
-      call project_real(self, parts(:, :, 1))
-      call project_real(self, parts(:, :, 2))
-      x = cmplx(parts(:, :, 1), parts(:, :, 2), wp)
+      call project_parts(self, project_real, x)
    end subroutine project_complex
 
    ! Makes real forces orthogonal to N.
@@ -241,14 +234,23 @@ contains
    subroutine project_complex_forces(self, f)
       class(deflation_type), intent(in) :: self
       complex(wp), intent(inout) :: f(:, :)
+
+      call project_parts(self, project_real_forces, f)
+   end subroutine project_complex_forces
+
+   ! Projects the real and the imaginary part of a complex block.
+   subroutine project_parts(self, project, x)
+      class(deflation_type), intent(in) :: self
+      procedure(project_real) :: project
+      complex(wp), intent(inout) :: x(:, :)
       real(wp), allocatable :: parts(:, :, :)
 
       if (size(self%decay) == 0) return
-      allocate (parts(size(f, 1), size(f, 2), 2))
-      parts(:, :, 1) = real(f, wp)
-      parts(:, :, 2) = aimag(f)
-      call project_real_forces(self, parts(:, :, 1))
-      call project_real_forces(self, parts(:, :, 2))
-      f = cmplx(parts(:, :, 1), parts(:, :, 2), wp)
-   end subroutine project_complex_forces
+      allocate (parts(size(x, 1), size(x, 2), 2))
+      parts(:, :, 1) = real(x, wp)
+      parts(:, :, 2) = aimag(x)
+      call project(self, parts(:, :, 1))
+      call project(self, parts(:, :, 2))
+      x = cmplx(parts(:, :, 1), parts(:, :, 2), wp)
+   end subroutine project_parts
 end module kschur_deflation

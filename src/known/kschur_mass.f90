@@ -33,25 +33,21 @@ contains
       type(matrix_structure_type) :: structure
       logical :: seems_definite
 
-      seems_definite = .false.
       poor = .false.
       nullity = count(.not. mass%row_maxima() > 0)
       semidefinite = mass%is_zero()
       if (semidefinite) return
       call bound_smallest_eigenvalue(mass, least_of_mass, semidefinite, seems_definite, poor)
       if (semidefinite) return
-      if (.not. allocated(inner%counting)) then
-         semidefinite = seems_definite
-         return
-      end if
+      ! Where no factors count pivots.
+      semidefinite = seems_definite
+      if (.not. allocated(inner%counting)) return
       structure%symmetric = .true.
       allocate (solver, source=inner%unshifted)
       call solver%factorize(mass, structure, error)
       if (allocated(error)) then
-         if (error%code /= error_singular) return
-         ! In single precision null pivots may end a factorization: nothing is proved.
-         deallocate (error)
-         semidefinite = seems_definite
+         ! In single precision null pivots may end a factorization.
+         if (error%code == error_singular) deallocate (error)
          return
       end if
       if (present(effort)) call effort%add_factors(solver, for_mass)
@@ -62,11 +58,8 @@ contains
          if (allocated(error)) return
          if (present(effort)) call effort%add_factors(solver, for_mass)
       end if
+      if (solver%negative_pivots < 0) return
       semidefinite = solver%negative_pivots == 0
-      if (solver%negative_pivots < 0) then
-         semidefinite = seems_definite
-         return
-      end if
       nullity = solver%null_pivots
    end subroutine examine_mass
 end module kschur_mass

@@ -48,19 +48,16 @@ contains
       !> Moved to the modes.
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
-      integer, allocatable :: rigid(:)
       real(wp), allocatable :: errors(:), bounds(:)
-      integer :: j
 
       call judge_pairs(problem, request, pairs, modes)
       ! The errors of rigid motions were not computed: blocks of exact zeros are skipped.
-      allocate (rigid, source=pack([(j, j=1, size(modes%motion))], modes%motion > 0))
-      if (size(rigid) > 0) then
-         allocate (errors(size(rigid)), bounds(size(rigid)))
-         call judge_as_given(problem, chosen_pairs(modes, modes%motion > 0), spread(.true., 1, size(rigid)), errors, bounds)
-         modes%backward_error(rigid) = errors
-         modes%error_bound(rigid) = bounds
-      end if
+      associate (is_rigid => modes%motion > 0)
+         allocate (errors(count(is_rigid)), bounds(count(is_rigid)))
+         call judge_as_given(problem, chosen_pairs(modes, is_rigid), spread(.true., 1, size(errors)), errors, bounds)
+         modes%backward_error = unpack(errors, is_rigid, modes%backward_error)
+         modes%error_bound = unpack(bounds, is_rigid, modes%error_bound)
+      end associate
       call drop_spurious(modes)
    end subroutine accept_pairs
 
@@ -75,7 +72,7 @@ contains
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
       logical, allocatable :: accepted(:), inaccurate(:), mirrored(:), repeated(:)
-      integer, allocatable :: order(:), rigid_index(:)
+      integer, allocatable :: order(:)
       integer :: j, k
 
       k = size(pairs%lambda) - request%rigid
@@ -87,12 +84,12 @@ contains
          pairs%paired = .false.
          k = size(pairs%lambda) - request%rigid
          allocate (mirrored(k), source=.false.)
-         call normalize_first(pairs, k)
       else
          allocate (mirrored(k))
          call match_conjugates(pairs%lambda(:k), same_value*abs(pairs%lambda(:k)), pairs%paired(:k), mirrored)
-         call make_canonical(pairs, k)
+         call move_above_axis(pairs, k)
       end if
+      call normalize_first(pairs, k)
       call correct_eigenvalues(problem, pairs, request%rigid, request%refined, modes%backward_error, modes%error_bound, &
          modes%uncertainty)
       ! The correction changes complex shapes only.
@@ -112,17 +109,14 @@ contains
       accepted = accepted .and. aimag(pairs%lambda) >= 0
       accepted(order) = .true.
       modes%found = eigenvalues_of(pairs%lambda, accepted)
-      allocate (rigid_index, source=[spread(0, 1, k), (j, j=1, request%rigid), &
-         spread(0, 1, size(pairs%lambda) - k - request%rigid)])
-      call move_alloc(rigid_index, modes%motion)
+      modes%motion = [spread(0, 1, k), (j, j=1, request%rigid), spread(0, 1, size(pairs%lambda) - k - request%rigid)]
       call move_pairs(pairs, modes%eigenpairs_type)
       deallocate (modes%paired)
       call modes%take(order)
    end subroutine judge_pairs
 
-   ! Conjugates those of the first k pairs that lie in the lower half plane, and normalizes all k: unit norm, largest entry real and
-   ! positive.
-   subroutine make_canonical(pairs, k)
+   ! Conjugates those of the first k pairs that lie in the lower half plane.
+   subroutine move_above_axis(pairs, k)
       type(eigenpairs_type), intent(inout) :: pairs
       integer, intent(in) :: k
       integer :: j
@@ -133,10 +127,9 @@ contains
          if (.not. pairs%is_real()) pairs%phi(:, j) = conjg(pairs%phi(:, j))
          pairs%xi(:, j) = conjg(pairs%xi(:, j))
       end do
-      call normalize_first(pairs, k)
-   end subroutine make_canonical
+   end subroutine move_above_axis
 
-   ! Normalizes the first k pairs.
+   ! Normalizes the first k pairs: unit norm, largest entry real and positive.
    subroutine normalize_first(pairs, k)
       type(eigenpairs_type), intent(inout) :: pairs
       integer, intent(in) :: k
