@@ -94,8 +94,9 @@ contains
       end subroutine correct
    end subroutine keep_null_pairs
 
-   !> Bounds |lambda| (1/s) of the eigenvalues of pairs that are taken as null vectors of K, to first order: lambda^2 Y^T M X + G,
-   !> or lambda Y^T R X + G where that is less, is regular beyond for each |G| <= |Y^T K X|. Huge if both may be singular.
+   !> Bounds |lambda| (1/s) of the eigenvalues of pairs that are taken as null vectors of K, to first order, for each
+   !> |G| <= |Y^T K X|: that of lambda^2 Y^T M X + G or, where it is less, twice that of lambda Y^T R X + G, which is the smaller
+   !> root of all three at most. Huge if both may be singular.
    real(wp) function radius_of_zeros(mass, damping, y, x, forms) result(radius)
       !> M and R.
       type(csr_matrix_type), intent(in) :: mass, damping
@@ -103,7 +104,7 @@ contains
       real(wp), intent(in) :: y(:, :), x(:, :), forms(:, :)
 
       radius = 0
-      if (size(x, 2) > 0) radius = min(sqrt(largest_change(mass)), largest_change(damping))
+      if (size(x, 2) > 0) radius = min(sqrt(largest_change(mass)), 2*min(largest_change(damping), huge(radius)/4))
 
    contains
 

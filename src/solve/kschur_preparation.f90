@@ -77,8 +77,10 @@ contains
 
       s%known%redundant = s%plan%redundant
       if (associated(s%shared)) then
-         ! Processes judge modes by their rows, each of which does not tell norms.
-         if (s%shared%is_distributed(s%processes)) s%norms = norms_of(s%problem)
+         ! Processes judge modes by their rows, each of which does not tell norms. A loss factor that was set after reading is not
+         ! in the rows.
+         if (s%shared%is_distributed(s%processes) .and. (allocated(s%problem%loss) .eqv. allocated(s%shared%rows%loss))) &
+            s%norms = norms_of(s%problem)
       end if
       call note_penalties(s%problem, s%notes)
       call note_suspicions(s%problem, s%notes)

@@ -5,7 +5,7 @@ module kschur_solver
    use kschur_checkpoint, only: checkpoint_type
    use kschur_clock, only: clock, seconds_since
    use kschur_checkpointing, only: begin_checkpoint
-   use kschur_context, only: begin, solve_context_type
+   use kschur_context, only: begin, solve_context_type, whole_given
    use kschur_dense_choice, only: dense_may_end_stall, dense_may_tell
    use kschur_effort, only: phase_examine, phase_judge, phase_left, phase_place
    use kschur_error, only: error_type, error_singular, take_cancelled
@@ -176,7 +176,8 @@ contains
 
       if (associated(s%monitor)) call s%monitor%counts(0, options%modes, options%modes)
       if (s%only_rigid()) then
-         call take_rigid(s, modes)
+         call s%hold(whole_given, error)
+         if (.not. allocated(error)) call take_rigid(s, modes)
       else
          call search(s, modes, error, groups)
          if (.not. allocated(error) .and. options%certify) call certify_modes(s, modes)
@@ -279,6 +280,8 @@ contains
       type(examination_type) :: nothing_known
       type(modes_type) :: no_modes_found
 
+      call s%hold(whole_given, error)
+      if (allocated(error)) return
       s%known = nothing_known
       call assume_no_rigid_motions(s%problem, s%known)
       if (.not. allocated(s%decision)) s%decision = ""
