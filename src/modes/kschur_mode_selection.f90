@@ -34,6 +34,8 @@ module kschur_mode_selection
       real(wp) :: reference = 0
       !> Radius around the target (1/s) within which all eigenvalues were found.
       real(wp) :: search_radius = huge(1.0_wp)
+      !> Eigenvalues below this (1/s) are rounding errors of zeros whose root space was not computed.
+      real(wp) :: zero_noise = 0
       !> Whether the eigenvalues are refined: they are not corrected.
       logical :: refined = .false.
    end type mode_request_type
@@ -94,7 +96,7 @@ contains
          modes%uncertainty)
       ! The correction changes complex shapes only.
       if (.not. pairs%is_real()) call normalize_first(pairs, k)
-      allocate (repeated, source=repeats_rigid_motion(problem, pairs, k, request%rigid, request%reference))
+      allocate (repeated, source=repeats_rigid_motion(problem, pairs, k, request%rigid, request%reference, request%zero_noise))
       allocate (accepted(size(pairs%lambda)), source=.true.)
       accepted(:k) = .not. (mirrored .or. repeated)
       call drop_infinite(problem, request, pairs%lambda, modes, accepted, inaccurate)

@@ -43,13 +43,15 @@ contains
    !> eigenvalues. Such a pair has a small eigenvalue and a shape in the span of the rigid motions, which are the `rigid` pairs
    !> behind the first k. A slow decay has such a shape, too, with lambda = -r/m from lambda^2 m + lambda r = 0: the pair is a zero
    !> unless its eigenvalue is that to a half. Where r is far below lambda m, rounding would else decide which of the two is nearer.
-   function repeats_rigid_motion(problem, pairs, k, rigid, reference) result(repeats)
+   function repeats_rigid_motion(problem, pairs, k, rigid, reference, zero_noise) result(repeats)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: pairs
       !> Number of pairs to test, and of the rigid motions and their decays behind them.
       integer, intent(in) :: k, rigid
       !> Size of lambda (1/s), as the shift, relative to which zeros are recognized.
       real(wp), intent(in) :: reference
+      !> Below this (1/s) every eigenvalue with such a shape is a zero: rounding of K hides others.
+      real(wp), intent(in) :: zero_noise
       logical :: repeats(k)
       integer :: zeros(count(.not. abs(pairs%lambda(k + 1:k + rigid)) > 0))
       complex(wp) :: shape(pairs%rows())
@@ -85,7 +87,7 @@ contains
       largest = reference
       if (smallest < huge(1.0_wp)) largest = max(reference, smallest)
       do j = 1, size(repeats)
-         if (.not. repeats(j)) cycle
+         if (.not. repeats(j) .or. abs(pairs%lambda(j)) < zero_noise) cycle
          shape = pairs%column(j)
          call quadratic_form(problem%mass, shape, m, m_terms)
          call quadratic_form(problem%damping, shape, r, r_terms)

@@ -164,7 +164,8 @@ contains
          shift_before = s%shift
          if (shift_moved) earlier = modes
          call judge_pairs(s%work, mode_request_type(s%options%modes, s%options%target, merge(huge(1), s%known%total%number, &
-            s%is_lossy()), size(s%known%rigid%lambda), s%reference(), complete_radius), pairs, modes)
+            s%is_lossy()), size(s%known%rigid%lambda), s%reference(), complete_radius, merge(s%known%deflation%zero_noise, 0.0_wp, &
+            s%is_lossy())), pairs, modes)
          ! What is far from a shift may be filtered out there as infinite eigenvalues are, although it was found before.
          if (shift_moved) then
             call earlier%drop(earlier%backward_error > inaccurate_above)
