@@ -163,10 +163,12 @@ contains
       integer, intent(in) :: pairs
       logical, intent(in) :: extended
       type(products_type), intent(inout) :: products
+      real(wp), allocatable :: length(:)
+      complex(xp), allocatable :: all_forms(:, :)
       complex(xp) :: forms(3)
       ! The square of the norm, and the parts of the forms.
       real(xp) :: sums(7, pairs)
-      integer :: i, l
+      integer :: l
 
       associate (parts => products%parts)
          call multiply_constraints(problem%constraints, phi, xi, parts, pairs, products%constraints)
@@ -182,8 +184,13 @@ contains
          !$omp end parallel do
       end associate
       call products%sums%add_up(sums)
-      products%length = real(sqrt(sums(1, :)), wp)
-      products%forms = reshape([(cmplx(sums(2:4, i), sums(5:7, i), xp), i=1, pairs)], [3, pairs])
+      allocate (length(pairs), all_forms(3, pairs))
+      do l = 1, pairs
+         length(l) = real(sqrt(sums(1, l)), wp)
+         all_forms(:, l) = cmplx(sums(2:4, l), sums(5:7, l), xp)
+      end do
+      call move_alloc(length, products%length)
+      call move_alloc(all_forms, products%forms)
    end subroutine set_norms_and_forms
 
    ! Allocates the products for shapes of one or two parts, unless they are already.
