@@ -7,6 +7,7 @@
 !> between rows.
 module kschur_redundancy
    use kschur_column_order, only: minimum_degree_columns
+   use kschur_equilibration, only: equilibrate
    use kschur_error, only: error_type
    use kschur_kinds, only: wp, xp
    use kschur_number_heap, only: number_heap_type
@@ -76,7 +77,10 @@ contains
       type(row_type) :: factors, combination
       integer, allocatable :: order(:), row_exponents(:), column_exponents(:)
       type(row_type), allocatable :: combinations(:), rows(:)
-      ! Size of the remainder of a row: in the scaled matrix, and relative to the row as given.
+      ! The largest entries of each row, scaled and as given.
+      real(wp), allocatable :: sizes(:), given_sizes(:)
+      ! Size of the remainder of a row: in the scaled matrix, and relative to the row in the units of the constraints as given, in
+      ! which they are factored later.
       real(xp) :: remainder, distance
       integer :: i, j, m, power
 
@@ -87,24 +91,29 @@ contains
       call minimum_degree_columns(constraints%columns, constraints%row_start, constraints%column, order, error)
       if (allocated(error)) return
       call start_elimination(elimination, constraints, row_exponents, column_exponents)
+      allocate (sizes, source=elimination%matrix%row_maxima())
+      allocate (given_sizes, source=constraints%row_maxima())
       do j = 1, m
          i = order(j)
          call eliminate(elimination, i, factors)
-         remainder = largest(elimination)
-         distance = distance_of(elimination, constraints, i, row_exponents(i), column_exponents)
+         associate (columns => elimination%nonzeros(:elimination%length))
+            remainder = maxval([0.0_xp, abs(elimination%value(columns))])
+            distance = maxval([0.0_xp, scale(abs(elimination%value(columns)), -row_exponents(i) - column_exponents(columns))])/ &
+               given_sizes(i)
+         end associate
          power = 0
-         if (min(remainder, distance) < nearly_dependent) then
-            ! The terms are at least as large as the row, of size one to two.
-            dependence%is_redundant(i) = remainder <= rounding_of_row/2
+         if (.not. (remainder >= nearly_dependent*sizes(i) .and. distance >= nearly_dependent)) then
+            ! The terms of the combination, whose rounding the remainder may be, are at least as large as the row.
+            dependence%is_redundant(i) = remainder <= rounding_of_row*sizes(i)
             if (.not. dependence%is_redundant(i)) then
                combination = combination_of(elimination, i, factors)
-               dependence%is_redundant(i) = remainder <= rounding_of_row*magnitude_of_terms(elimination%matrix, combination)
+               dependence%is_redundant(i) = remainder <= rounding_of_row*sum(abs(combination%value)*sizes(combination%column))
             end if
             if (dependence%is_redundant(i)) then
-               call clear_row(elimination)
+               call drop_entries(elimination, huge(1.0_xp))
                cycle
             end if
-            if (remainder < nearly_dependent) power = 1 - exponent(remainder)
+            if (remainder < nearly_dependent*sizes(i)) power = 1 - exponent(remainder)
             dependence%near = [dependence%near, i]
             dependence%distance = [dependence%distance, real(distance, wp)]
             associate (k => size(dependence%near), to_size_one => 1 - exponent(distance))
@@ -121,52 +130,31 @@ contains
       if (.not. allocated(error)) call assemble(rows(:size(dependence%near)), constraints%columns, dependence%rows, error)
    end subroutine find_dependence
 
-   ! Starts an elimination with the matrix scaled by powers of two such that the largest entries of rows and columns are about one.
+   ! Starts an elimination with the matrix scaled by powers of two. Scaling by the largest entry alone would make all others of its
+   ! column vanish, so that two rows that differ in that column only would seem dependent.
    subroutine start_elimination(elimination, constraints, row_exponents, column_exponents)
       type(elimination_type), intent(out) :: elimination
       type(csr_matrix_type), intent(in) :: constraints
       !> The exponents of the powers.
       integer, allocatable, intent(out) :: row_exponents(:), column_exponents(:)
-      integer, allocatable :: row(:)
-      integer :: k, m, n
+      real(wp) :: rows(constraints%rows), columns(constraints%columns)
+      integer :: k
 
-      m = constraints%rows
-      n = constraints%columns
       elimination%matrix = constraints
-      allocate (row, source=constraints%row_indices())
-      call minimize_logarithms(row, m, constraints%column, n, constraints%value, row_exponents, column_exponents)
-      associate (value => elimination%matrix%value, column => constraints%column)
-         value = scale(value, row_exponents(row) + column_exponents(column))
-         call add_powers(column, column_exponents)
-         call add_powers(row, row_exponents)
-      end associate
-      allocate (elimination%row(m), elimination%magnified(m), elimination%factors(m), elimination%reduced(m))
-      allocate (elimination%pivot_of(n), elimination%entries(n), source=0)
-      do k = 1, size(row)
+      rows = 1
+      columns = 1
+      call equilibrate(elimination%matrix, rows, columns)
+      row_exponents = exponent(rows) - 1
+      column_exponents = exponent(columns) - 1
+      allocate (elimination%row(size(rows)), elimination%magnified(size(rows)), elimination%factors(size(rows)), &
+         elimination%reduced(size(rows)))
+      allocate (elimination%pivot_of(size(columns)), elimination%entries(size(columns)), source=0)
+      do k = 1, constraints%nonzeros()
          elimination%entries(constraints%column(k)) = elimination%entries(constraints%column(k)) + 1
       end do
-      allocate (elimination%value(n), source=0.0_xp)
-      allocate (elimination%is_nonzero(n), source=.false.)
-      allocate (elimination%nonzeros(n))
-
-   contains
-
-      ! Scales each line, row or column, so that its largest entry lies between one and two.
-      subroutine add_powers(line, powers)
-         integer, intent(in) :: line(:)
-         integer, intent(inout) :: powers(:)
-         real(wp) :: greatest(size(powers))
-         integer :: added(size(powers)), i
-
-         greatest = 0
-         do i = 1, size(line)
-            greatest(line(i)) = max(greatest(line(i)), abs(elimination%matrix%value(i)))
-         end do
-         added = 0
-         where (greatest > 0) added = 1 - exponent(greatest)
-         elimination%matrix%value = scale(elimination%matrix%value, added(line))
-         powers = powers + added
-      end subroutine add_powers
+      allocate (elimination%value(size(columns)), source=0.0_xp)
+      allocate (elimination%is_nonzero(size(columns)), source=.false.)
+      allocate (elimination%nonzeros(size(columns)))
    end subroutine start_elimination
 
    ! Eliminates row i: subtracts multiples of the pivot rows, in the order of their pivots, and leaves the remainder in the state.
@@ -205,7 +193,8 @@ contains
       end do
       allocate (factors%column, source=pivot(:applied))
       allocate (factors%value, source=factor(:applied))
-      call drop_rounding(elimination)
+      ! The largest entry was about one.
+      call drop_entries(elimination, 16*epsilon(1.0_xp))
 
    contains
 
@@ -224,62 +213,20 @@ contains
       end subroutine add
    end subroutine eliminate
 
-   ! Drops entries of the current row that are rounding in extended precision, as its largest entry was about one.
-   subroutine drop_rounding(elimination)
+   ! Drops the entries of the current row up to a limit.
+   subroutine drop_entries(elimination, limit)
       type(elimination_type), intent(inout) :: elimination
-      real(xp), parameter :: rounding = 16*epsilon(1.0_xp)
-      integer :: k, kept
+      real(xp), intent(in) :: limit
+      integer :: columns(elimination%length)
+      logical :: kept(elimination%length)
 
-      kept = 0
-      do k = 1, elimination%length
-         associate (column => elimination%nonzeros(k))
-            if (abs(elimination%value(column)) > rounding) then
-               kept = kept + 1
-               elimination%nonzeros(kept) = column
-            else
-               elimination%value(column) = 0
-               elimination%is_nonzero(column) = .false.
-            end if
-         end associate
-      end do
-      elimination%length = kept
-   end subroutine drop_rounding
-
-   ! The largest entry of the remainder, 0 if there is none.
-   pure real(xp) function largest(elimination)
-      type(elimination_type), intent(in) :: elimination
-
-      largest = maxval(abs(elimination%value(elimination%nonzeros(:elimination%length))))
-      largest = max(largest, 0.0_xp)
-   end function largest
-
-   ! The largest entry of the remainder relative to the largest of row i, both in the units of the constraints as given, in which
-   ! they are factored later.
-   pure real(xp) function distance_of(elimination, constraints, i, row_exponent, column_exponents) result(distance)
-      type(elimination_type), intent(in) :: elimination
-      type(csr_matrix_type), intent(in) :: constraints
-      integer, intent(in) :: i
-      !> Exponents of the scaling of row i and of the columns.
-      integer, intent(in) :: row_exponent, column_exponents(:)
-      integer :: k
-
-      distance = 0
-      do k = 1, elimination%length
-         associate (column => elimination%nonzeros(k))
-            distance = max(distance, scale(abs(elimination%value(column)), -row_exponent - column_exponents(column)))
-         end associate
-      end do
-      distance = distance/maxval(abs(constraints%value(constraints%row_start(i):constraints%row_start(i + 1) - 1)))
-   end function distance_of
-
-   ! Sets the current row to zero.
-   subroutine clear_row(elimination)
-      type(elimination_type), intent(inout) :: elimination
-
-      elimination%value(elimination%nonzeros(:elimination%length)) = 0
-      elimination%is_nonzero(elimination%nonzeros(:elimination%length)) = .false.
-      elimination%length = 0
-   end subroutine clear_row
+      columns = elimination%nonzeros(:elimination%length)
+      kept = abs(elimination%value(columns)) > limit
+      elimination%value(pack(columns, .not. kept)) = 0
+      elimination%is_nonzero(pack(columns, .not. kept)) = .false.
+      elimination%length = count(kept)
+      elimination%nonzeros(:elimination%length) = pack(columns, kept)
+   end subroutine drop_entries
 
    ! Expresses the remainder, row i less multiples of pivot rows, as a combination of rows of the matrix by back substitution.
    function combination_of(elimination, i, factors) result(combination)
@@ -314,21 +261,6 @@ contains
          end do
       end do
    end function combination_of
-
-   ! The size of the terms of a combination of rows, the sum of the largest entries of each row times its coefficient: its rounding
-   ! is relative to them.
-   pure real(xp) function magnitude_of_terms(matrix, combination) result(terms)
-      type(csr_matrix_type), intent(in) :: matrix
-      type(row_type), intent(in) :: combination
-      integer :: k
-
-      terms = 0
-      do k = 1, size(combination%column)
-         associate (i => combination%column(k))
-            terms = terms + abs(combination%value(k))*maxval(abs(matrix%value(matrix%row_start(i):matrix%row_start(i + 1) - 1)))
-         end associate
-      end do
-   end function magnitude_of_terms
 
    ! Makes the current row, times a power of two, the next pivot row, and chooses its pivot for low fill. Clears the current row.
    subroutine add_pivot(elimination, i, factors, power, column_exponents)
@@ -365,7 +297,7 @@ contains
          allocate (elimination%reduced(p)%value, source=scale(elimination%value(columns), power))
          elimination%pivot_of(columns(1)) = p
       end associate
-      call clear_row(elimination)
+      call drop_entries(elimination, huge(1.0_xp))
    end subroutine add_pivot
 
    ! Builds a sparse matrix from rows.
@@ -379,39 +311,4 @@ contains
       call new_csr_from_triplets(matrix, size(rows), columns, [(spread(i, 1, size(rows(i)%column)), i=1, size(rows))], &
          [(rows(i)%column, i=1, size(rows))], [(real(rows(i)%value, wp), i=1, size(rows))], error)
    end subroutine assemble
-
-   ! Computes exponents of powers of two for rows and columns that minimize the sum of squares of the logarithms of the scaled
-   ! entries (Curtis, Reid, J. Inst. Maths Applics 10 (1972)), by alternating row and column means. Scaling by the largest entry
-   ! alone would make all others of its column vanish, so that two rows that differ in that column only would seem dependent.
-   pure subroutine minimize_logarithms(row, rows, column, columns, value, row_exponents, column_exponents)
-      integer, intent(in) :: row(:), rows, column(:), columns
-      real(wp), intent(in) :: value(:)
-      integer, allocatable, intent(out) :: row_exponents(:), column_exponents(:)
-      integer, parameter :: sweeps = 20
-      real(wp) :: level(size(value)), entries(size(value)), row_mean(rows), column_mean(columns)
-      integer :: i
-
-      level = exponent(value)
-      entries = merge(1, 0, abs(value) > 0)
-      column_mean = 0
-      do i = 1, sweeps
-         row_mean = line_sums(row, rows, entries*(level - column_mean(column)))/max(line_sums(row, rows, entries), 1.0_wp)
-         column_mean = line_sums(column, columns, entries*(level - row_mean(row)))/max(line_sums(column, columns, entries), 1.0_wp)
-      end do
-      allocate (row_exponents, source=-nint(row_mean))
-      allocate (column_exponents, source=-nint(column_mean))
-   end subroutine minimize_logarithms
-
-   ! The sum over the entries of each line, row or column.
-   pure function line_sums(line, lines, value)
-      integer, intent(in) :: line(:), lines
-      real(wp), intent(in) :: value(:)
-      real(wp) :: line_sums(lines)
-      integer :: k
-
-      line_sums = 0
-      do k = 1, size(value)
-         line_sums(line(k)) = line_sums(line(k)) + value(k)
-      end do
-   end function line_sums
 end module kschur_redundancy

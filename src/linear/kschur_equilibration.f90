@@ -1,5 +1,5 @@
-!> Equilibration of the rows and columns of an unsymmetric matrix, each by a factor of its own: a rank decided by the size of
-!> residuals is that of the matrix then, and not of its units.
+!> Equilibration of the rows and columns of a matrix, each by a factor of its own: a rank decided by the size of residuals is that
+!> of the matrix then, and not of its units.
 module kschur_equilibration
    use kschur_kinds, only: wp
    use kschur_sparse, only: csr_matrix_type
@@ -9,7 +9,7 @@ module kschur_equilibration
 
 contains
 
-   !> Scales a square matrix to D1 A D2 with diagonals of powers of two. First brings the geometric mean of the nonzero entries of
+   !> Scales a matrix to D1 A D2 with diagonals of powers of two. First brings the geometric mean of the nonzero entries of
    !> each row and column to one, which spreads a long one-way chain of large entries evenly (Fulkerson, Wolfe, SIAM Review 4
    !> (1962)), then the largest entry (Ruiz, Rutherford Appleton Laboratory, RAL-TR-2001-034). Leaves a matrix as it is whose
    !> rows and columns have largest entries near one.
@@ -22,14 +22,15 @@ contains
       real(wp), parameter :: settled = 0.25_wp
       ! Exponents of largest entries that cost no more than two digits.
       real(wp), parameter :: even = 6
-      real(wp), dimension(matrix%rows) :: of_row, of_column, row_change, column_change
+      real(wp), dimension(matrix%rows) :: of_row, row_change
+      real(wp), dimension(matrix%columns) :: of_column, column_change
       real(wp), allocatable :: level(:)
       integer :: pass
 
       allocate (level, source=log(max(abs(matrix%value), tiny(1.0_wp)))/log(2.0_wp))
       of_row = 0
       of_column = 0
-      if (all(abs(largest(of_row, of_column, .true.)) <= even .and. abs(largest(of_row, of_column, .false.)) <= even)) return
+      if (all(abs(largest(of_row, of_column, .true.)) <= even) .and. all(abs(largest(of_row, of_column, .false.)) <= even)) return
       do pass = 1, most_passes
          row_change = means(of_row, of_column, .true.)
          of_row = of_row - row_change
@@ -40,7 +41,7 @@ contains
       do pass = 1, most_passes
          row_change = largest(of_row, of_column, .true.)
          column_change = largest(of_row, of_column, .false.)
-         if (all(abs(row_change) <= settled .and. abs(column_change) <= settled)) exit
+         if (all(abs(row_change) <= settled) .and. all(abs(column_change) <= settled)) exit
          of_row = of_row - row_change/2
          of_column = of_column - column_change/2
       end do
@@ -54,8 +55,8 @@ contains
       pure function means(of_row, of_column, by_row)
          real(wp), intent(in) :: of_row(:), of_column(:)
          logical, intent(in) :: by_row
-         real(wp) :: means(size(of_row))
-         integer :: entries(size(of_row)), i, k, line
+         real(wp) :: means(merge(size(of_row), size(of_column), by_row))
+         integer :: entries(merge(size(of_row), size(of_column), by_row)), i, k, line
 
          means = 0
          entries = 0
@@ -74,7 +75,7 @@ contains
       pure function largest(of_row, of_column, by_row)
          real(wp), intent(in) :: of_row(:), of_column(:)
          logical, intent(in) :: by_row
-         real(wp) :: largest(size(of_row))
+         real(wp) :: largest(merge(size(of_row), size(of_column), by_row))
          integer :: i, k, line
 
          largest = -huge(1.0_wp)
