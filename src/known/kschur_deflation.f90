@@ -3,7 +3,7 @@ module kschur_deflation
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp
    use kschur_lapack, only: dsygv
-   use kschur_magnitudes, only: add_magnitudes, magnitudes
+   use kschur_magnitudes, only: magnitudes, terms_of
    use kschur_orthonormal, only: subtract
    use kschur_problem, only: damping_general, damping_proportional, modal_problem_type
    use kschur_row_sums, only: row_sums_type
@@ -75,9 +75,8 @@ contains
       vectors(n + 1:, :) = multipliers(:, :k)
       call diagonalize_damping(problem, vectors, decay, separate)
       if (problem%damping_kind == damping_proportional) decay = problem%alpha
-      allocate (inertia(n, k), damping_forces(n, k), source=0.0_wp)
-      call problem%mass%add_product(1.0_wp, vectors(:n, :), inertia)
-      call problem%damping%add_product(1.0_wp, vectors(:n, :), damping_forces)
+      inertia = problem%mass%product(vectors(:n, :))
+      damping_forces = problem%damping%product(vectors(:n, :))
       allocate (level, source=cancelled*problem%damping%infinity_norm()*maxval(abs(vectors(:n, :)), 1))
       do i = 1, k
          separate = separate .and. maxval(abs(damping_forces(:, i) - decay(i)*inertia(:, i))) <= level(i)
@@ -125,22 +124,20 @@ contains
       real(wp), intent(inout) :: x(:, :)
       real(wp), allocatable, intent(out) :: rates(:), damping_forces(:, :), terms(:, :), energies(:)
       logical, intent(out) :: done
-      real(wp), allocatable :: inertia(:, :), mass(:, :), damping(:, :), work(:)
+      real(wp), allocatable :: mass(:, :), damping(:, :), work(:)
       integer :: n, k, info
 
       n = problem%unknowns()
       k = size(x, 2)
-      allocate (inertia(n, k), damping_forces(n, k), terms(n, k), source=0.0_wp)
-      call problem%mass%add_product(1.0_wp, x(:n, :), inertia)
-      call problem%damping%add_product(1.0_wp, x(:n, :), damping_forces)
-      mass = matmul(transpose(x(:n, :)), inertia)
+      damping_forces = problem%damping%product(x(:n, :))
+      mass = matmul(transpose(x(:n, :)), problem%mass%product(x(:n, :)))
       damping = matmul(transpose(x(:n, :)), damping_forces)
       allocate (rates(k), work(10*k + 1))
       call dsygv(1, "V", "U", k, damping, max(k, 1), mass, max(k, 1), rates, work, size(work), info)
       done = info == 0
       x = matmul(x, damping)
       damping_forces = matmul(damping_forces, damping)
-      call add_magnitudes(problem%damping, magnitudes(x(:n, :)), terms)
+      terms = terms_of(problem%damping, magnitudes(x(:n, :)))
       rates = sum(x(:n, :)*damping_forces, 1)
       energies = sum(magnitudes(x(:n, :))*terms, 1)
    end subroutine diagonalize
@@ -150,22 +147,13 @@ contains
    real(wp) function zero_noise(problem, motions)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: motions(:, :)
-      real(wp), dimension(size(motions, 1), size(motions, 2)) :: inertial_forces, mass_terms, stiffness_terms
-      real(wp) :: inertia
-      integer :: j
+      real(wp), dimension(size(motions, 2)) :: inertia, rounding
+      logical :: has_inertia(size(motions, 2))
 
-      inertial_forces = 0
-      mass_terms = 0
-      stiffness_terms = 0
-      call problem%mass%add_product(1.0_wp, motions, inertial_forces)
-      call add_magnitudes(problem%mass, abs(motions), mass_terms)
-      call add_magnitudes(problem%stiffness, abs(motions), stiffness_terms)
-      zero_noise = 0
-      do j = 1, size(motions, 2)
-         inertia = dot_product(motions(:, j), inertial_forces(:, j))
-         if (inertia > cancelled*dot_product(abs(motions(:, j)), mass_terms(:, j))) zero_noise = max(zero_noise, &
-            sqrt(hidden_inertia*epsilon(1.0_wp)*dot_product(abs(motions(:, j)), stiffness_terms(:, j))/inertia))
-      end do
+      inertia = sum(motions*problem%mass%product(motions), 1)
+      has_inertia = inertia > cancelled*sum(abs(motions)*terms_of(problem%mass, abs(motions)), 1)
+      rounding = epsilon(1.0_wp)*sum(abs(motions)*terms_of(problem%stiffness, abs(motions)), 1)
+      zero_noise = maxval([0.0_wp, pack(sqrt(hidden_inertia*rounding/merge(inertia, 1.0_wp, has_inertia)), has_inertia)])
    end function zero_noise
 
    !> The known eigenvalues (1/s): a zero of each rigid motion, the decays of deflated ones, and nonzero eigenvalues known with the

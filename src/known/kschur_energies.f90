@@ -2,7 +2,7 @@
 module kschur_energies
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
-   use kschur_magnitudes, only: add_magnitudes, magnitudes
+   use kschur_magnitudes, only: magnitudes, terms_of
    use kschur_singular_vectors, only: right_singular_vectors
    use kschur_sparse, only: csr_matrix_type
    implicit none
@@ -24,18 +24,14 @@ contains
       real(wp), allocatable, intent(out) :: energies(:), relative_energies(:)
       !> Where LAPACK fails.
       type(error_type), allocatable, intent(out) :: error
-      real(wp), dimension(size(x, 1), size(x, 2)) :: forces, sizes
+      real(wp) :: sizes(size(x, 1), size(x, 2))
       real(wp), allocatable :: rotation(:, :)
 
-      forces = 0
-      call matrix%add_product(1.0_wp, x, forces)
-      call right_singular_vectors(matmul(transpose(x), forces), energies, rotation, error)
+      call right_singular_vectors(matmul(transpose(x), matrix%product(x)), energies, rotation, error)
       if (allocated(error)) return
       x = matmul(x, rotation)
       sizes(:n, :) = magnitudes(x(:n, :))
       sizes(n + 1:, :) = abs(x(n + 1:, :))
-      forces = 0
-      call add_magnitudes(matrix, sizes, forces)
-      allocate (relative_energies, source=energies/max(tiny(1.0_wp), sum(sizes*forces, 1)))
+      allocate (relative_energies, source=energies/max(tiny(1.0_wp), sum(sizes*terms_of(matrix, sizes), 1)))
    end subroutine diagonalize_energies
 end module kschur_energies

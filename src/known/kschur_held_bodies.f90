@@ -4,7 +4,7 @@ module kschur_held_bodies
    use kschur_error, only: error_type
    use kschur_kinds, only: long, wp
    use kschur_linear_solver, only: real_linear_solver_type
-   use kschur_magnitudes, only: add_magnitudes
+   use kschur_magnitudes, only: terms_of
    use kschur_orthonormal, only: subtract
    use kschur_problem, only: modal_problem_type
    use kschur_random, only: random_vector, state_of_seed
@@ -51,7 +51,7 @@ contains
       logical, intent(out) :: accurate
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: solves = 2
-      real(wp), dimension(matrix%rows, 1) :: x, forces, terms
+      real(wp), dimension(matrix%rows, 1) :: x, forces
       integer(long) :: state
       integer :: i
 
@@ -68,9 +68,6 @@ contains
          if (allocated(error)) return
          call subtract(null_vectors, null_vectors, x, n)
       end do
-      terms = abs(forces)
-      call add_magnitudes(matrix, abs(x), terms)
-      call matrix%add_product(-1.0_wp, x, forces)
-      accurate = maxval(abs(forces)) <= rounding_of_sums*maxval(terms)
+      accurate = maxval(abs(forces - matrix%product(x))) <= rounding_of_sums*maxval(abs(forces) + terms_of(matrix, abs(x)))
    end subroutine try_factors
 end module kschur_held_bodies

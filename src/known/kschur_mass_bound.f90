@@ -1,7 +1,7 @@
 !> Lower bounds of the smallest eigenvalue of a mass, or of another symmetric matrix, by some dozens of products.
 module kschur_mass_bound
    use kschur_kinds, only: long, wp
-   use kschur_magnitudes, only: add_magnitudes
+   use kschur_magnitudes, only: terms_of
    use kschur_mass_components, only: one_component
    use kschur_random, only: random_vector
    use kschur_sparse, only: csr_matrix_type
@@ -57,7 +57,7 @@ contains
       logical, intent(out) :: poor
       ! The first is about the cost of a factorization; the second is when to estimate whether that many steps will do.
       integer, parameter :: most_steps = 200, few_steps = 60
-      real(wp), allocatable :: scaling(:), previous(:), x(:), y(:, :)
+      real(wp), allocatable :: scaling(:), previous(:), x(:), y(:)
       real(wp) :: alpha(most_steps), beta(0:most_steps), spread_bound, needed, provable
       integer(long) :: state
       integer :: k
@@ -68,10 +68,9 @@ contains
       seems_definite = all(scaling > 0 .or. (abs(scaling) <= 0 .and. .not. mass%row_maxima() > 0))
       if (.not. seems_definite .or. .not. any(scaling > 0)) return
       where (scaling > 0) scaling = 1/sqrt(scaling)
-      allocate (previous(mass%rows), x(mass%rows), y(mass%rows, 1), source=0.0_wp)
+      allocate (previous(mass%rows), x(mass%rows), source=0.0_wp)
       ! Gershgorin's bound of the largest eigenvalue.
-      call add_magnitudes(mass, reshape(scaling, [mass%rows, 1]), y)
-      spread_bound = maxval(scaling*y(:, 1))
+      spread_bound = maxval(scaling*sum(terms_of(mass, spread(scaling, 2, 1)), 2))
       needed = log(1.648_wp*sqrt(real(count(scaling > 0), wp))/improbable)
       provable = least + spread_bound*(needed/(2*most_steps - 1))**2
       state = 1
@@ -80,21 +79,19 @@ contains
       x = x/norm2(x)
       beta(0) = 0
       do k = 1, min(most_steps, mass%rows)
-         y = 0
-         call mass%add_product(1.0_wp, reshape(scaling*x, [mass%rows, 1]), y)
-         y(:, 1) = scaling*y(:, 1) - beta(k - 1)*previous
-         alpha(k) = dot_product(x, y(:, 1))
+         y = scaling*sum(mass%product(spread(scaling*x, 2, 1)), 2) - beta(k - 1)*previous
+         alpha(k) = dot_product(x, y)
          proved = ritz_values_exceed(least + spread_bound*min(1.0_wp, (needed/(2*k - 1))**2), k)
          seems_definite = ritz_values_exceed(least_of_mass, k)
          poor = .not. (seems_definite .and. ritz_values_exceed(provable, k))
          if (proved .or. .not. seems_definite) return
          ! Gives up if `most_steps` cannot prove it either, given the present Ritz values.
          if (k >= few_steps .and. poor) return
-         y(:, 1) = y(:, 1) - alpha(k)*x
+         y = y - alpha(k)*x
          beta(k) = norm2(y)
          if (beta(k) <= cancelled) return
          previous = x
-         x = y(:, 1)/beta(k)
+         x = y/beta(k)
       end do
 
    contains
@@ -124,8 +121,7 @@ contains
       real(wp) :: diagonal(matrix%rows), sums(matrix%rows, 1)
 
       diagonal = matrix%diagonal()
-      sums = 0
-      call add_magnitudes(matrix, spread(spread(1.0_wp, 1, matrix%rows), 2, 1), sums)
+      sums = terms_of(matrix, spread(spread(1.0_wp, 1, matrix%rows), 2, 1))
       is_dominant = all(2*diagonal - sums(:, 1) > least*diagonal .and. diagonal > 0)
    end function is_dominant
 end module kschur_mass_bound

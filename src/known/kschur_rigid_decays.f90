@@ -125,13 +125,10 @@ contains
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: x(:, :)
       type(states_type) :: states
-      integer :: n
 
-      n = problem%unknowns()
-      allocate (states%x, source=x)
-      allocate (states%inertia(n, size(x, 2)), states%damping_forces(n, size(x, 2)), source=0.0_wp)
-      call problem%mass%add_product(1.0_wp, x(:n, :), states%inertia)
-      call problem%damping%add_product(1.0_wp, x(:n, :), states%damping_forces)
+      states%x = x
+      states%inertia = problem%mass%product(x(:problem%unknowns(), :))
+      states%damping_forces = problem%damping%product(x(:problem%unknowns(), :))
    end function states_of
 
    ! X^T F, of the motions X and a block of forces.

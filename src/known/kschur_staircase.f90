@@ -5,7 +5,7 @@ module kschur_staircase
    use kschur_invariant, only: invariant_type
    use kschur_kinds, only: wp
    use kschur_lapack, only: zgesv
-   use kschur_magnitudes, only: add_magnitudes, magnitudes
+   use kschur_magnitudes, only: magnitudes, terms_of
    use kschur_monitor, only: ask_monitor, monitor_type
    use kschur_null_space, only: null_space_type
    use kschur_singular_vectors, only: right_singular_vectors
@@ -73,11 +73,8 @@ contains
          call ask_monitor(monitor, error)
          if (allocated(error)) return
          s = space%states()
-         allocate (forces(n, s), terms(n, s), source=0.0_wp)
-         call a1%add_product(1.0_wp, space%x, forces)
-         call a2%add_product(1.0_wp, space%v, forces)
-         call add_magnitudes(a1, magnitudes(space%x), terms)
-         call add_magnitudes(a2, magnitudes(space%v), terms)
+         forces = a1%product(space%x) + a2%product(space%v)
+         terms = terms_of(a1, magnitudes(space%x)) + terms_of(a2, magnitudes(space%v))
          where (abs(forces) <= cancelled*terms) forces = 0
          ! Scales states to one size by powers of two: a large one would hide the forces of others.
          term_sizes = matmul(transpose(magnitudes(left)), terms)
@@ -112,7 +109,7 @@ contains
          call append_columns(space%x, y(:n, :), n)
          call append_columns(space%links, combinations, space%states())
          call append_columns(extended, combinations, space%states())
-         deallocate (forces, terms, conditions, y)
+         deallocate (conditions, y)
       end do
    end subroutine find_root_space
 

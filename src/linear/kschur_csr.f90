@@ -124,11 +124,15 @@ contains
    function product(self, x, transposed) result(y)
       class(csr_matrix_type), intent(in) :: self
       real(wp), contiguous, intent(in) :: x(:, :)
-      logical, intent(in) :: transposed
-      real(wp) :: y(merge(self%columns, self%rows, transposed), size(x, 2))
+      !> Absent: false.
+      logical, optional, intent(in) :: transposed
+      real(wp), allocatable :: y(:, :)
+      logical :: by_columns
 
-      y = 0
-      if (transposed) then
+      by_columns = .false.
+      if (present(transposed)) by_columns = transposed
+      allocate (y(merge(self%columns, self%rows, by_columns), size(x, 2)), source=0.0_wp)
+      if (by_columns) then
          call self%add_transposed_product(1.0_wp, x, y)
       else
          call self%add_product(1.0_wp, x, y)

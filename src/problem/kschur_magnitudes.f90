@@ -6,7 +6,7 @@ module kschur_magnitudes
    use kschur_tolerances, only: blurred_entry
    implicit none
    private
-   public :: add_magnitudes, magnitudes
+   public :: add_magnitudes, magnitudes, terms_of
 
 contains
 
@@ -21,6 +21,16 @@ contains
          magnitudes(:, j) = max(abs(x(:, j)), blurred_entry*maxval(abs(x(:, j))))
       end do
    end function magnitudes
+
+   !> |A| x.
+   pure function terms_of(matrix, x) result(terms)
+      type(csr_matrix_type), intent(in) :: matrix
+      real(wp), contiguous, intent(in) :: x(:, :)
+      real(wp), allocatable :: terms(:, :)
+
+      allocate (terms(matrix%rows, size(x, 2)), source=0.0_wp)
+      call add_magnitudes(matrix, x, terms)
+   end function terms_of
 
    !> y := y + |A| x.
    pure subroutine add_magnitudes(matrix, x, y)
