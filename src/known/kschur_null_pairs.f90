@@ -1,10 +1,11 @@
 !> Left and right null vectors of an unsymmetric matrix, told entry by entry from vectors that have a small force.
 module kschur_null_pairs
    use kschur_error, only: error_type
+   use kschur_extended_residual, only: extended_product
    use kschur_kinds, only: wp, xp
    use kschur_lapack, only: dgesv
    use kschur_linear_solver, only: real_linear_solver_type
-   use kschur_magnitudes, only: add_magnitudes
+   use kschur_magnitudes, only: terms_of
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_tolerances, only: contraction, rounding_of_energy, rounding_of_row
    implicit none
@@ -46,7 +47,7 @@ contains
       allocate (forms_before(size(y, 2), size(x, 2)), terms_before(size(y, 2), size(x, 2)), source=huge(1.0_wp))
       change = 1
       do step = 0, most_steps
-         forces = product_of(matrix, right)
+         forces = extended_product(matrix, right)
          call measure(matrix, left, right, forces, forms, terms)
          settled = all(abs(forms) <= rounding_of_energy*terms .or. abs(forms - forms_before) <= contraction*abs(forms))
          if (settled .and. (change <= epsilon(1.0_xp) .or. all(terms >= (1 - contraction)*terms_before))) exit
@@ -54,7 +55,7 @@ contains
          terms_before = terms
          change = 0
          call correct(.false., forces, right)
-         if (.not. allocated(error)) call correct(.true., product_of(transposed, left), left)
+         if (.not. allocated(error)) call correct(.true., extended_product(transposed, left), left)
          if (allocated(error)) return
       end do
       ! Takes the pair with the largest form away, and makes the others conjugate to it.
@@ -66,7 +67,7 @@ contains
             right = right(:, others) - outer(right(:, place(2)), forms(place(1), others)/forms(place(1), place(2)))
             left = left(:, other_left) - outer(left(:, place(1)), forms(other_left, place(2))/forms(place(1), place(2)))
          end associate
-         call measure(matrix, left, right, product_of(matrix, right), forms, terms)
+         call measure(matrix, left, right, extended_product(matrix, right), forms, terms)
       end do
       doubtful = .not. settled .or. any(abs(forms) > rounding_of_energy*terms)
       forms = abs(forms) + epsilon(1.0_xp)*terms
@@ -113,12 +114,10 @@ contains
          type(csr_matrix_type), intent(in) :: a
          integer, parameter :: most_turns = 20
          real(wp), dimension(size(x, 2), size(x, 2)) :: form, inverse
-         real(wp) :: forces(size(x, 1), size(x, 2)), change(size(x, 2)), image(size(x, 2))
+         real(wp) :: change(size(x, 2)), image(size(x, 2))
          integer :: pivots(size(x, 2)), info, turn, j
 
-         forces = 0
-         call a%add_product(1.0_wp, x, forces)
-         form = matmul(transpose(y), forces)
+         form = matmul(transpose(y), a%product(x))
          inverse = 0
          do j = 1, size(inverse, 1)
             inverse(j, j) = 1
@@ -141,30 +140,10 @@ contains
       !> Y, X and A X.
       real(xp), intent(in) :: left(:, :), right(:, :), forces(:, :)
       real(wp), allocatable, intent(out) :: forms(:, :), terms(:, :)
-      real(wp) :: sizes(size(right, 1), size(right, 2))
 
       forms = real(matmul(transpose(left), forces), wp)
-      sizes = 0
-      call add_magnitudes(matrix, real(abs(right), wp), sizes)
-      terms = matmul(transpose(real(abs(left), wp)), sizes)
+      terms = matmul(transpose(real(abs(left), wp)), terms_of(matrix, real(abs(right), wp)))
    end subroutine measure
-
-   ! A x, in extended precision.
-   pure function product_of(matrix, x) result(y)
-      type(csr_matrix_type), intent(in) :: matrix
-      real(xp), intent(in) :: x(:, :)
-      real(xp) :: y(size(x, 1), size(x, 2))
-      integer :: i, j, k
-
-      y = 0
-      do j = 1, size(x, 2)
-         do i = 1, matrix%rows
-            do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-               y(i, j) = y(i, j) + matrix%value(k)*x(matrix%column(k), j)
-            end do
-         end do
-      end do
-   end function product_of
 
    ! The matrix a b^T.
    pure function outer(a, b)

@@ -4,7 +4,7 @@ module kschur_entrywise_bound
    use kschur_backward_error, only: effect_of_constraints
    use kschur_extended_residual, only: residual_of, violations_of
    use kschur_kinds, only: wp, xp
-   use kschur_magnitudes, only: add_magnitudes
+   use kschur_magnitudes, only: add_magnitudes, terms_of
    use kschur_problem, only: modal_problem_type
    use kschur_sparse, only: csr_matrix_type
    use kschur_tolerances, only: rounding_of_sums
@@ -28,7 +28,7 @@ contains
       !> The error of lambda for the matrices as they are, estimated to first order.
       real(wp), intent(out) :: change
       complex(wp), dimension(size(phi), 1) :: shape, slope
-      real(wp), dimension(size(phi), 1) :: sizes, inertia, damping, stiffness
+      real(wp), dimension(size(phi), 1) :: inertia, damping, stiffness
       complex(wp) :: forces(size(phi)), violations(size(eta))
       complex(xp) :: motion(size(phi)), factor
       real(wp) :: sensitivity, rounding
@@ -38,14 +38,10 @@ contains
       call problem%mass%add_product(2*lambda, shape, slope)
       call problem%damping%add_product((1.0_wp, 0.0_wp), shape, slope)
       sensitivity = abs(sum(chi*slope(:, 1)))
-      sizes = abs(shape)
-      inertia = 0
-      damping = 0
-      stiffness = 0
-      call add_magnitudes(problem%mass, sizes, inertia)
-      call add_magnitudes(problem%damping, sizes, damping)
-      call add_magnitudes(problem%stiffness, sizes, stiffness)
-      if (allocated(problem%loss)) call add_magnitudes(problem%loss, sizes, stiffness)
+      inertia = terms_of(problem%mass, abs(shape))
+      damping = terms_of(problem%damping, abs(shape))
+      stiffness = terms_of(problem%stiffness, abs(shape))
+      if (allocated(problem%loss)) call add_magnitudes(problem%loss, abs(shape), stiffness)
       bound = ieee_value(1.0_wp, ieee_quiet_nan)
       change = bound
       if (.not. sensitivity > rounding_of_sums*sum(abs(chi)*(2*abs(lambda)*inertia(:, 1) + damping(:, 1)))) return

@@ -5,11 +5,16 @@ module kschur_extended_residual
    use kschur_sparse, only: csr_matrix_type
    implicit none
    private
-   public :: residual_of, violations_of
+   public :: extended_product, residual_of, violations_of
+
+   !> A x, summed in extended precision.
+   interface extended_product
+      module procedure real_product, complex_product
+   end interface extended_product
 
 contains
 
-   !> The force M a + R v + (K + i H) x + Cq^T xi of a motion, summed in extended precision.
+   !> The force M a + R v + (K + i H) x + Cq^T xi of a motion.
    function residual_of(problem, transposed, x, velocity, acceleration, xi)
       type(modal_problem_type), intent(in) :: problem
       !> Cq^T.
@@ -18,42 +23,46 @@ contains
       !> Multipliers.
       complex(wp), intent(in) :: xi(:)
       complex(wp) :: residual_of(size(x))
-      complex(xp) :: force, multipliers(size(xi))
-      integer :: i
+      complex(xp) :: forces(size(x))
 
-      multipliers = xi
-      do i = 1, size(x)
-         force = row_product(problem%mass, i, acceleration) + row_product(problem%damping, i, velocity) &
-            + row_product(problem%stiffness, i, x) + row_product(transposed, i, multipliers)
-         if (allocated(problem%loss)) force = force + (0.0_xp, 1.0_xp)*row_product(problem%loss, i, x)
-         residual_of(i) = cmplx(force, kind=wp)
-      end do
+      forces = complex_product(problem%mass, acceleration) + complex_product(problem%damping, velocity) &
+         + complex_product(problem%stiffness, x) + complex_product(transposed, cmplx(xi, kind=xp))
+      if (allocated(problem%loss)) forces = forces + (0.0_xp, 1.0_xp)*complex_product(problem%loss, x)
+      residual_of = cmplx(forces, kind=wp)
    end function residual_of
 
-   !> The constraint violation Cq phi, summed in extended precision.
+   !> The constraint violation Cq phi.
    function violations_of(constraints, phi)
       type(csr_matrix_type), intent(in) :: constraints
       complex(wp), intent(in) :: phi(:)
       complex(wp) :: violations_of(constraints%rows)
-      complex(xp) :: x(size(phi))
-      integer :: i
 
-      x = phi
-      do i = 1, constraints%rows
-         violations_of(i) = cmplx(row_product(constraints, i, x), kind=wp)
-      end do
+      violations_of = cmplx(complex_product(constraints, cmplx(phi, kind=xp)), kind=wp)
    end function violations_of
 
-   ! Row i of a matrix times a vector, in extended precision.
-   pure complex(xp) function row_product(matrix, i, x) result(total)
+   pure function complex_product(matrix, x) result(y)
       type(csr_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: i
       complex(xp), intent(in) :: x(:)
-      integer :: k
+      complex(xp) :: y(matrix%rows)
+      real(xp) :: parts(matrix%rows, 2)
 
-      total = 0
-      do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-         total = total + matrix%value(k)*x(matrix%column(k))
+      parts = real_product(matrix, reshape([real(x, xp), aimag(x)], [size(x), 2]))
+      y = cmplx(parts(:, 1), parts(:, 2), xp)
+   end function complex_product
+
+   pure function real_product(matrix, x) result(y)
+      type(csr_matrix_type), intent(in) :: matrix
+      real(xp), intent(in) :: x(:, :)
+      real(xp) :: y(matrix%rows, size(x, 2))
+      integer :: i, j, k
+
+      y = 0
+      do j = 1, size(x, 2)
+         do i = 1, matrix%rows
+            do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+               y(i, j) = y(i, j) + matrix%value(k)*x(matrix%column(k), j)
+            end do
+         end do
       end do
-   end function row_product
+   end function real_product
 end module kschur_extended_residual

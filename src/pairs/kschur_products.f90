@@ -102,19 +102,26 @@ contains
       logical, intent(in) :: extended
       type(products_type), intent(inout) :: products
       real(wp), dimension(lanes, block_rows) :: mass, damping, stiffness, static_forces, imaginary
+      real(xp) :: sums(lanes, block_rows)
       integer :: k, l
 
       k = last - first + 1
       call multiply(problem%mass, first, last, phi, mass)
       if (extended) then
-         call multiply_extended(problem%stiffness, first, last, phi, stiffness, transposed, xi(:, :, 1), static_forces)
+         sums = 0
+         call add_extended(problem%stiffness, first, last, phi, sums)
+         stiffness = real(sums, wp)
+         call add_extended(transposed, first, last, xi(:, :, 1), sums)
+         static_forces = real(sums, wp)
       else
          call multiply(problem%stiffness, first, last, phi, stiffness)
          call multiply(transposed, first, last, xi(:, :, 1), static_forces)
          static_forces(:, :k) = stiffness(:, :k) + static_forces(:, :k)
       end if
       if (extended .and. problem%damping_kind == damping_general) then
-         call multiply_extended(problem%damping, first, last, phi, damping)
+         sums = 0
+         call add_extended(problem%damping, first, last, phi, sums)
+         damping = real(sums, wp)
       else if (extended .or. problem%damping_kind == damping_none) then
          ! R = alpha M + beta K, to rounding.
          damping(:, :k) = problem%alpha*mass(:, :k) + problem%beta*stiffness(:, :k)
@@ -146,10 +153,16 @@ contains
       logical, intent(in) :: extended
       real(wp), intent(inout) :: static_forces(:, :)
       real(wp) :: forces(lanes, block_rows)
+      real(xp) :: sums(lanes, block_rows)
       integer :: l, to
 
-      if (extended) call multiply_extended(loss, first, last, phi, forces)
-      if (.not. extended) call multiply(loss, first, last, phi, forces)
+      if (extended) then
+         sums = 0
+         call add_extended(loss, first, last, phi, sums)
+         forces = real(sums, wp)
+      else
+         call multiply(loss, first, last, phi, forces)
+      end if
       do l = 1, lanes
          to = merge(2*l, l - (-1)**l, size(static_forces, 2) > lanes)
          static_forces(first:last, to) = static_forces(first:last, to) - sign(1, l - to)*forces(l, :last - first + 1)
@@ -163,8 +176,6 @@ contains
       integer, intent(in) :: pairs
       logical, intent(in) :: extended
       type(products_type), intent(inout) :: products
-      real(wp), allocatable :: length(:)
-      complex(xp), allocatable :: all_forms(:, :)
       complex(xp) :: forms(3)
       ! The square of the norm, and the parts of the forms.
       real(xp) :: sums(7, pairs)
@@ -175,7 +186,7 @@ contains
          sums = 0
          !$omp parallel do schedule(static) private(forms) if (problem%unknowns() > panel_rows)
          do l = 1, pairs
-            sums(1, l) = square_of(products%phi(:, parts*(l - 1) + 1:parts*l))
+            sums(1, l) = sum(real(products%phi(:, parts*(l - 1) + 1:parts*l), xp)**2)
             if (.not. problem%symmetric) cycle
             forms = forms_of(products, l, extended)
             sums(2:4, l) = real(forms, xp)
@@ -184,13 +195,8 @@ contains
          !$omp end parallel do
       end associate
       call products%sums%add_up(sums)
-      allocate (length(pairs), all_forms(3, pairs))
-      do l = 1, pairs
-         length(l) = real(sqrt(sums(1, l)), wp)
-         all_forms(:, l) = cmplx(sums(2:4, l), sums(5:7, l), xp)
-      end do
-      call move_alloc(length, products%length)
-      call move_alloc(all_forms, products%forms)
+      products%length = real(sqrt(sums(1, :)), wp)
+      products%forms = cmplx(sums(2:4, :), sums(5:7, :), xp)
    end subroutine set_norms_and_forms
 
    ! Allocates the products for shapes of one or two parts, unless they are already.
@@ -214,32 +220,30 @@ contains
       integer, intent(in) :: first, last
       !> Unchanged in a process without shapes.
       real(wp), contiguous, intent(inout) :: phi(:, :), xi(:, :, :)
-      integer :: i, j, l
+      integer :: i, used
 
-      !$omp parallel do schedule(static) private(j) if (size(phi, 2) > panel_rows)
+      used = (last - first + 1)*merge(1, 2, pairs%is_real())
+      !$omp parallel do schedule(static) if (size(phi, 2) > panel_rows)
       do i = 1, pairs%rows()
-         phi(:, i) = 0
+         phi(used + 1:, i) = 0
          if (pairs%is_real()) then
-            phi(:last - first + 1, i) = pairs%real_phi(i, first:last)
+            phi(:used, i) = pairs%real_phi(i, first:last)
          else
-            do j = first, last
-               phi(2*(j - first) + 1, i) = real(pairs%phi(i, j), wp)
-               phi(2*(j - first) + 2, i) = aimag(pairs%phi(i, j))
-            end do
+            phi(1:used:2, i) = real(pairs%phi(i, first:last), wp)
+            phi(2:used:2, i) = aimag(pairs%phi(i, first:last))
          end if
       end do
       !$omp end parallel do
-      !$omp parallel do schedule(static) private(j, l) if (size(xi, 2) > panel_rows)
+      !$omp parallel do schedule(static) if (size(xi, 2) > panel_rows)
       do i = 1, size(pairs%xi, 1)
-         xi(:, i, :) = 0
-         do j = first, last
-            l = j - first
-            if (pairs%is_real()) then
-               xi(l + 1, i, :) = [real(pairs%xi(i, j), wp), aimag(pairs%xi(i, j))]
-            else
-               xi(2*l + 1:2*l + 2, i, 1) = [real(pairs%xi(i, j), wp), aimag(pairs%xi(i, j))]
-            end if
-         end do
+         xi(used + 1:, i, :) = 0
+         if (pairs%is_real()) then
+            xi(:used, i, 1) = real(pairs%xi(i, first:last), wp)
+            xi(:used, i, 2) = aimag(pairs%xi(i, first:last))
+         else
+            xi(1:used:2, i, 1) = real(pairs%xi(i, first:last), wp)
+            xi(2:used:2, i, 1) = aimag(pairs%xi(i, first:last))
+         end if
       end do
       !$omp end parallel do
    end subroutine pack_parts
@@ -262,34 +266,24 @@ contains
       end do
    end subroutine multiply
 
-   ! Multiplies rows first..last of a matrix with packed columns x, summed in extended precision, and optionally adds the product of
-   ! another matrix with y before rounding, to `both`.
-   pure subroutine multiply_extended(matrix, first, last, x, product, other, y, both)
+   ! Adds the product of rows first..last of a matrix with packed columns x, in extended precision.
+   pure subroutine add_extended(matrix, first, last, x, sums)
       type(csr_matrix_type), intent(in) :: matrix
       integer, intent(in) :: first, last
       real(wp), intent(in) :: x(lanes, matrix%columns)
-      real(wp), intent(out) :: product(lanes, block_rows)
-      type(csr_matrix_type), optional, intent(in) :: other
-      real(wp), contiguous, optional, intent(in) :: y(:, :)
-      real(wp), optional, intent(out) :: both(lanes, block_rows)
-      real(xp) :: entry, sums(lanes)
+      real(xp), intent(inout) :: sums(lanes, block_rows)
+      real(xp) :: entry, row(lanes)
       integer :: i, k
 
       do i = first, last
-         sums = 0
+         row = sums(:, i - first + 1)
          do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
             entry = matrix%value(k)
-            sums = sums + entry*x(:, matrix%column(k))
+            row = row + entry*x(:, matrix%column(k))
          end do
-         product(:, i - first + 1) = real(sums, wp)
-         if (.not. present(other)) cycle
-         do k = other%row_start(i), other%row_start(i + 1) - 1
-            entry = other%value(k)
-            sums = sums + entry*y(:, other%column(k))
-         end do
-         both(:, i - first + 1) = real(sums, wp)
+         sums(:, i - first + 1) = row
       end do
-   end subroutine multiply_extended
+   end subroutine add_extended
 
    ! The coefficients of Rayleigh's functional of pair l; the last one is 0 unless forces were summed in extended precision.
    pure function forms_of(products, l, extended) result(forms)
@@ -316,7 +310,7 @@ contains
       sums = 0
       do j = 1, size(y, 2)
          do i = 1, size(x, 2)
-            sums(i, j) = dot(x(:, i), y(:, j))
+            sums(i, j) = sum(real(x(:, i), xp)*y(:, j))
          end do
       end do
       bilinear = cmplx(sums(1, 1) - sums(2, 2), sums(1, 2) + sums(2, 1), xp)
@@ -365,40 +359,6 @@ contains
             sums(:, 2) = sums(:, 2) + real(weights(1), wp)*m + real(weights(2), wp)*r
          end associate
       end if
-      square = dot(sums(:, 1), sums(:, 1)) + dot(sums(:, 2), sums(:, 2))
+      square = sum(real(sums, xp)**2)
    end function square_of_combination
-
-   ! The square of the Frobenius norm, in extended precision, in which it does not overflow.
-   pure real(xp) function square_of(x) result(total)
-      real(wp), contiguous, intent(in) :: x(:, :)
-      integer :: j
-
-      total = 0
-      do j = 1, size(x, 2)
-         total = total + dot(x(:, j), x(:, j))
-      end do
-   end function square_of
-
-   ! x^T y in extended precision, in four independent sums for speed.
-   pure real(xp) function dot(x, y)
-      real(wp), contiguous, intent(in) :: x(:), y(:)
-      real(xp) :: first, second, third, fourth
-      integer :: i, fours
-
-      first = 0
-      second = 0
-      third = 0
-      fourth = 0
-      fours = size(x) - modulo(size(x), 4)
-      do i = 1, fours, 4
-         first = first + real(x(i), xp)*y(i)
-         second = second + real(x(i + 1), xp)*y(i + 1)
-         third = third + real(x(i + 2), xp)*y(i + 2)
-         fourth = fourth + real(x(i + 3), xp)*y(i + 3)
-      end do
-      do i = fours + 1, size(x)
-         first = first + real(x(i), xp)*y(i)
-      end do
-      dot = (first + second) + (third + fourth)
-   end function dot
 end module kschur_products
