@@ -3,7 +3,9 @@ module kschur_shapes
    use kschur_description, only: quadratic_form
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, normalize
    use kschur_kinds, only: wp
+   use kschur_orthonormal, only: orthonormalize
    use kschur_problem, only: modal_problem_type
+   use kschur_residual_parts, only: forces_of
    use kschur_tolerances, only: above_all_rounding, nearly_zero, rounding_of_row, rounding_of_sums, same_shape
    implicit none
    private
@@ -55,7 +57,9 @@ contains
       logical :: repeats(k)
       integer :: zeros(count(.not. abs(pairs%lambda(k + 1:k + rigid)) > 0))
       complex(wp) :: shape(pairs%rows())
-      complex(wp) :: m, r, s, gram(size(zeros) + 1, size(zeros) + 1)
+      complex(wp) :: m, r, s
+      ! An orthonormal basis of the rigid motions.
+      real(wp), allocatable :: motions(:, :)
       real(wp) :: m_terms, r_terms, k_terms, smallest, largest
       ! Whether the rigid motions are left null vectors of the stiffness, too.
       logical :: stiffness_is_symmetric
@@ -67,11 +71,11 @@ contains
       ! None is small relative to the others.
       if (minval(abs(pairs%lambda(:k))) > nearly_zero*max(reference, maxval(abs(pairs%lambda(:k))))) return
       zeros = pack([(i, i=k + 1, k + rigid)], .not. abs(pairs%lambda(k + 1:k + rigid)) > 0)
-      do j = 1, size(zeros)
-         do i = 1, j
-            gram(i, j) = product_of_shapes(pairs, zeros(i), zeros(j))
-         end do
+      allocate (motions(pairs%rows(), size(zeros)))
+      do i = 1, size(zeros)
+         motions(:, i) = real(pairs%column(zeros(i)), wp)
       end do
+      call orthonormalize(motions(:, :0), size(motions, 1), motions)
       ! Tests shapes in the order of increasing eigenvalues, and stops above the largest that may be a zero, as shapes cost more.
       is_pending = .true.
       smallest = huge(1.0_wp)
@@ -79,7 +83,8 @@ contains
          j = minloc(abs(pairs%lambda(:k)), 1, is_pending)
          is_pending(j) = .false.
          if (smallest < huge(1.0_wp) .and. abs(pairs%lambda(j)) > nearly_zero*max(reference, smallest)) exit
-         repeats(j) = distance_from_rigid(j) <= same_shape
+         shape = pairs%column(j)
+         repeats(j) = norm2(abs(shape - matmul(motions, matmul(shape, motions)))) <= same_shape*norm2(abs(shape))
          if (.not. repeats(j)) smallest = min(smallest, abs(pairs%lambda(j)))
       end do
       stiffness_is_symmetric = problem%stiffness%is_symmetric()
@@ -100,43 +105,21 @@ contains
 
    contains
 
-      ! Norm of the part of the shape of pair j that is orthogonal to the rigid motions, relative to the norm of the shape.
-      real(wp) function distance_from_rigid(j) result(distance)
-         integer, intent(in) :: j
-         integer :: members(size(zeros) + 1), i
-         real(wp) :: distances(size(zeros) + 1)
-
-         members = [zeros, j]
-         do i = 1, size(members)
-            gram(i, size(members)) = product_of_shapes(pairs, members(i), j)
-         end do
-         distances = distances_from_span(gram)
-         distance = distances(size(distances))
-      end function distance_from_rigid
-
       ! Whether pair j is an eigenpair with a nonzero eigenvalue: its residual is small relative to its inertia or damping forces.
       ! The eigenvalue of a repeated zero is an error, and its residual is of the size of these forces.
       logical function is_eigenpair(j)
          integer, intent(in) :: j
-         complex(wp), dimension(pairs%rows(), 1) :: phi, inertia, damping, residual
+         complex(wp) :: forces(pairs%rows(), 3)
          integer :: i
 
-         phi(:, 1) = pairs%column(j)
-         inertia = 0
-         call problem%mass%add_product(pairs%lambda(j)**2, phi, inertia)
-         damping = 0
-         call problem%damping%add_product(pairs%lambda(j), phi, damping)
-         residual = inertia + damping
-         call problem%stiffness%add_product((1.0_wp, 0.0_wp), phi, residual)
-         if (allocated(problem%loss)) call problem%loss%add_product((0.0_wp, 1.0_wp), phi, residual)
-         call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), pairs%xi(:, j:j), residual)
-         is_eigenpair = norm2(abs(residual)) < same_shape*max(norm2(abs(inertia)), norm2(abs(damping)))
+         forces = forces_of(problem, pairs, j)
+         is_eigenpair = norm2(abs(sum(forces, 2))) < same_shape*maxval(norm2(abs(forces(:, :2)), 1))
          if (.not. (is_eigenpair .and. stiffness_is_symmetric)) return
          ! Along the motions only inertia and damping act. All else may be that of a chain of zero, which gyroscopic forces begin.
          do i = 1, size(zeros)
             associate (motion => pairs%column(zeros(i)))
-               is_eigenpair = is_eigenpair .and. abs(dot_product(motion, inertia(:, 1) + damping(:, 1))) <= same_shape* &
-                  max(sum(abs(motion*inertia(:, 1))), sum(abs(motion*damping(:, 1))))
+               is_eigenpair = is_eigenpair .and. abs(dot_product(motion, forces(:, 1) + forces(:, 2))) <= same_shape* &
+                  max(sum(abs(motion*forces(:, 1))), sum(abs(motion*forces(:, 2))))
             end associate
          end do
       end function is_eigenpair

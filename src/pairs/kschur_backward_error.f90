@@ -74,10 +74,15 @@ contains
       !> An absolute bound of the error of lambda (1/s); NaN where not known.
       real(wp), intent(out) :: bound
 
-      real(wp) :: residual, rounding
+      real(wp) :: residual, rounding, level, parts(2)
 
       residual = products%norm_of_forces(l, [lambda**2, lambda], 1.0_wp)
-      error = max(residual_error(products, l, lambda, residual, norms), violation_of(products, l, norms))
+      level = max(level_of(lambda, norms)*products%length(l), blurred_entry*products%constraints%reaction(l))
+      ! Without stiffness the level of a zero eigenvalue is 0.
+      parts = [residual/merge(level, 1.0_wp, level > 0), 0.0_wp]
+      if (norms(4) > 0) parts(2) = products%constraints%violation(l)/(norms(4)*products%length(l))
+      error = huge(1.0_wp)
+      if (all(parts >= 0)) error = maxval(parts)
       bound = ieee_value(1.0_wp, ieee_quiet_nan)
       if (.not. abs(lambda) > 0) then
          bound = 0
@@ -177,31 +182,4 @@ contains
 
       level = abs(lambda)**2*norms(1) + abs(lambda)*norms(2) + norms(3)
    end function level_of
-
-   ! The normwise residual. Without stiffness a zero eigenvalue has the denominator 0: its residual itself is returned. NaN becomes
-   ! `huge`.
-   pure real(wp) function residual_error(products, l, lambda, residual, norms) result(error)
-      type(products_type), intent(in) :: products
-      integer, intent(in) :: l
-      complex(wp), intent(in) :: lambda
-      real(wp), intent(in) :: residual, norms(4)
-      real(wp) :: level
-
-      level = max(level_of(lambda, norms)*products%length(l), blurred_entry*products%constraints%reaction(l))
-      error = residual
-      if (level > 0) error = error/level
-      if (.not. error >= 0) error = huge(1.0_wp)
-   end function residual_error
-
-   ! The relative constraint violation; NaN becomes `huge`.
-   pure real(wp) function violation_of(products, l, norms) result(error)
-      type(products_type), intent(in) :: products
-      integer, intent(in) :: l
-      real(wp), intent(in) :: norms(4)
-
-      error = 0
-      if (.not. norms(4) > 0) return
-      error = products%constraints%violation(l)/(norms(4)*products%length(l))
-      if (.not. error >= 0) error = huge(1.0_wp)
-   end function violation_of
 end module kschur_backward_error

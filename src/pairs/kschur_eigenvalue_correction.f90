@@ -2,7 +2,7 @@
 !> off it.
 module kschur_eigenvalue_correction
    use kschur_backward_error, only: backward_errors, judge, least_bound, norms_of
-   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, replace_pair
    use kschur_kinds, only: wp, xp
    use kschur_problem, only: damping_none, modal_problem_type
    use kschur_products, only: multiply_pairs, pairs_at_once, products_type
@@ -62,7 +62,7 @@ contains
                   ! The left vector is the conjugate of phi.
                   if (problem%symmetric) call move_to_root(products%forms(:, l), pairs%lambda(j))
                   if (problem%damping_kind == damping_none .and. .not. allocated(problem%loss)) &
-                     call move_to_axis(problem, pairs, j)
+                     call move_eigenvalue(problem, pairs, j, nearer_axis(pairs%lambda(j)), blurred_value)
                else if (problem%symmetric .and. is_rigid_decay(products, l, pairs%lambda(j))) then
                   ! Its stiffness is rounding, and left out of the functional.
                   call move_to_root([products%forms(:2, l), cmplx(0, kind=xp)], pairs%lambda(j))
@@ -74,7 +74,7 @@ contains
                call append_pairs(copies, part_on_axis(pairs, j, imaginary=.true.))
             end if
             if (moved) then
-               call replace_pair(pairs, j, on_axis)
+               call replace_pair(pairs, j, on_axis, 1)
                call judge(problem%symmetric, norms, products_on_axis, 1, pairs%lambda(j), j > k - rigid, errors(j), bounds(j))
             else
                call judge(problem%symmetric, norms, products, l, pairs%lambda(j), j > k - rigid, errors(j), bounds(j))
@@ -122,12 +122,7 @@ contains
             if (copy_errors(i) <= max(100*errors(j), accepted_backward_error)) cycle
             ! The imaginary part is no eigenvector: repeats the first shape.
             copy_errors(i) = errors(j)
-            if (pairs%is_real()) then
-               copies%real_phi(:, i) = pairs%real_phi(:, j)
-            else
-               copies%phi(:, i) = pairs%phi(:, j)
-            end if
-            copies%xi(:, i) = pairs%xi(:, j)
+            call replace_pair(copies, i, pairs, j)
          end associate
       end do
       errors = [errors, copy_errors]
@@ -154,31 +149,28 @@ contains
       if (abs(roots(nearest) - lambda) <= correctable*abs(lambda)) lambda = cmplx(roots(nearest), kind=wp)
    end subroutine move_to_root
 
-   ! Moves the eigenvalue of an undamped problem to the nearer axis, if it is near: lambda^2 is real if the problem is symmetric,
-   ! and may be complex otherwise.
-   subroutine move_to_axis(problem, pairs, j)
-      type(modal_problem_type), intent(in) :: problem
-      type(eigenpairs_type), intent(inout) :: pairs
-      integer, intent(in) :: j
-      complex(wp) :: on_axis
+   ! The nearest point of the two axes. The eigenvalues of an undamped symmetric problem lie there, as lambda^2 is real.
+   pure complex(wp) function nearer_axis(lambda)
+      complex(wp), intent(in) :: lambda
 
-      associate (lambda => pairs%lambda(j))
-         on_axis = cmplx(0, aimag(lambda), wp)
-         if (abs(aimag(lambda)) < abs(real(lambda, wp))) on_axis = cmplx(real(lambda, wp), 0, wp)
-         if (abs(lambda - on_axis) > 0 .and. abs(lambda - on_axis) <= blurred_value*abs(lambda)) &
-            call move_eigenvalue(problem, pairs, j, on_axis)
-      end associate
-   end subroutine move_to_axis
+      nearer_axis = cmplx(0, aimag(lambda), wp)
+      if (abs(aimag(lambda)) < abs(real(lambda, wp))) nearer_axis = cmplx(real(lambda, wp), 0, wp)
+   end function nearer_axis
 
-   ! Moves the eigenvalue of pair j, but not its shape, if the residual there is no larger than rounding allows.
-   subroutine move_eigenvalue(problem, pairs, j, lambda)
+   ! Moves the eigenvalue of pair j, but not its shape, by a relative distance, if the residual there is no larger than rounding
+   ! allows.
+   subroutine move_eigenvalue(problem, pairs, j, lambda, distance)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(inout) :: pairs
       integer, intent(in) :: j
       complex(wp), intent(in) :: lambda
+      real(wp), intent(in) :: distance
       type(eigenpairs_type) :: moved
       integer :: i
 
+      associate (change => abs(pairs%lambda(j) - lambda))
+         if (.not. change > 0 .or. change > distance*abs(pairs%lambda(j))) return
+      end associate
       moved = chosen_pairs(pairs, [(i == j, i=1, size(pairs%lambda))])
       moved%lambda = lambda
       if (residual_of(problem, moved, 1) <= max(cancelled, allowed_residual(residual_of(problem, pairs, j)))) &
@@ -206,8 +198,7 @@ contains
          if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > blurred_value*abs(lambda)) return
          if (allocated(problem%loss)) then
             ! Losses take eigenvalues off the axis, and shapes of real ones need not be real.
-            if (abs(aimag(lambda)) <= real_tolerance*abs(lambda)) &
-               call move_eigenvalue(problem, pairs, j, cmplx(real(lambda, wp), 0, wp))
+            call move_eigenvalue(problem, pairs, j, cmplx(real(lambda, wp), 0, wp), real_tolerance)
             return
          end if
          on_axis = part_on_axis(pairs, j, imaginary=.false.)
@@ -243,27 +234,14 @@ contains
       real(wp) :: length
 
       phi = pairs%column(j)
-      phase = real_phase(sum(phi**2))
+      phase = sqrt(conjg(sum(phi**2)))
+      phase = merge(phase/max(abs(phase), tiny(1.0_wp)), (1.0_wp, 0.0_wp), abs(phase) > 0)
       if (imaginary) phase = cmplx(aimag(phase), -real(phase, wp), wp)
       length = max(norm2(real(phase*phi, wp)), tiny(1.0_wp))
       allocate (pair%lambda(1), source=cmplx(real(pairs%lambda(j), wp), 0, wp))
       allocate (pair%real_phi, source=reshape(real(phase*phi, wp)/length, [size(phi), 1]))
       allocate (pair%xi, source=cmplx(real(phase*pairs%xi(:, j:j), wp)/length, 0, wp))
    end function part_on_axis
-
-   ! Replaces shape and multipliers of pair j by those of a real pair.
-   pure subroutine replace_pair(pairs, j, pair)
-      type(eigenpairs_type), intent(inout) :: pairs
-      integer, intent(in) :: j
-      type(eigenpairs_type), intent(in) :: pair
-
-      if (pairs%is_real()) then
-         pairs%real_phi(:, j) = pair%real_phi(:, 1)
-      else
-         pairs%phi(:, j) = pair%real_phi(:, 1)
-      end if
-      pairs%xi(:, j) = pair%xi(:, 1)
-   end subroutine replace_pair
 
    ! The largest residual that counts as equal to a given one: rounding may increase it tenfold, or to 16 epsilon.
    elemental real(wp) function allowed_residual(error)
@@ -282,17 +260,4 @@ contains
 
       residual_of = sum(residual_parts(problem, pairs, [(i == j, i=1, size(pairs%lambda))]))
    end function residual_of
-
-   ! The factor of modulus one that makes a vector x as real as possible, from x^T x.
-   pure complex(wp) function real_phase(square) result(phase)
-      !> x^T x.
-      complex(wp), intent(in) :: square
-
-      phase = sqrt(conjg(square))
-      if (abs(phase) > 0) then
-         phase = phase/abs(phase)
-      else
-         phase = 1
-      end if
-   end function real_phase
 end module kschur_eigenvalue_correction

@@ -5,7 +5,7 @@ module kschur_eigenpairs
    use kschur_threads, only: panel_rows
    implicit none
    private
-   public :: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs, move_pairs, near, normalize
+   public :: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs, move_pairs, near, normalize, replace_pair
 
    !> Eigenpairs of a modal problem.
    type :: eigenpairs_type
@@ -173,6 +173,20 @@ contains
       if (allocated(pairs%paired)) kept%paired = pack(pairs%paired, chosen)
       call move_pairs(kept, pairs)
    end subroutine keep_pairs
+
+   !> Replaces shape and multipliers of pair j by those of pair i of others, real ones if these are stored as real.
+   subroutine replace_pair(pairs, j, others, i)
+      class(eigenpairs_type), intent(inout) :: pairs
+      type(eigenpairs_type), intent(in) :: others
+      integer, intent(in) :: j, i
+
+      if (pairs%is_real()) then
+         pairs%real_phi(:, j) = others%real_phi(:, i)
+      else
+         pairs%phi(:, j) = others%column(i)
+      end if
+      pairs%xi(:, j) = others%xi(:, i)
+   end subroutine replace_pair
 
    !> Scales the shape of pair j to unit norm with its largest entry real and positive; leaves a zero shape.
    subroutine normalize(pairs, j)

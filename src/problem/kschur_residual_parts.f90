@@ -7,7 +7,7 @@ module kschur_residual_parts
    use kschur_sparse, only: csr_matrix_type
    implicit none
    private
-   public :: residual_parts
+   public :: forces_of, residual_parts
 
 contains
 
@@ -18,7 +18,7 @@ contains
       class(eigenpairs_type), intent(in) :: pairs
       logical, intent(in) :: chosen(:)
       real(wp) :: parts(size(pairs%lambda))
-      complex(wp), dimension(pairs%rows(), 1) :: phi, residual
+      complex(wp) :: phi(pairs%rows(), 1)
       real(wp) :: terms(pairs%rows(), 1)
       integer :: j
 
@@ -27,21 +27,32 @@ contains
       do j = 1, size(parts)
          if (.not. chosen(j)) cycle
          phi(:, 1) = pairs%column(j)
-         residual = 0
-         call problem%mass%add_product(pairs%lambda(j)**2, phi, residual)
-         call problem%damping%add_product(pairs%lambda(j), phi, residual)
-         call problem%stiffness%add_product((1.0_wp, 0.0_wp), phi, residual)
-         if (allocated(problem%loss)) call problem%loss%add_product((0.0_wp, 1.0_wp), phi, residual)
-         call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), pairs%xi(:, j:j), residual)
          terms = 0
          call add_magnitudes(problem%mass, abs(pairs%lambda(j)**2*phi), terms)
          call add_magnitudes(problem%damping, abs(pairs%lambda(j)*phi), terms)
          call add_magnitudes(problem%stiffness, abs(phi), terms)
          if (allocated(problem%loss)) call add_magnitudes(problem%loss, abs(phi), terms)
          call add_transposed_sizes(problem%constraints, pairs%xi(:, j), terms(:, 1))
-         parts(j) = norm2(abs(residual(:, 1)))/max(norm2(terms), tiny(1.0_wp))
+         parts(j) = norm2(abs(sum(forces_of(problem, pairs, j), 2)))/max(norm2(terms), tiny(1.0_wp))
       end do
    end function residual_parts
+
+   !> The forces of pair j: lambda^2 M phi, lambda R phi, and K phi + i H phi + Cq^T xi; n x 3.
+   function forces_of(problem, pairs, j) result(forces)
+      type(modal_problem_type), intent(in) :: problem
+      class(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: j
+      complex(wp), dimension(pairs%rows(), 1) :: phi
+      complex(wp) :: forces(pairs%rows(), 3)
+
+      phi(:, 1) = pairs%column(j)
+      forces = 0
+      call problem%mass%add_product(pairs%lambda(j)**2, phi, forces(:, 1:1))
+      call problem%damping%add_product(pairs%lambda(j), phi, forces(:, 2:2))
+      call problem%stiffness%add_product((1.0_wp, 0.0_wp), phi, forces(:, 3:3))
+      if (allocated(problem%loss)) call problem%loss%add_product((0.0_wp, 1.0_wp), phi, forces(:, 3:3))
+      call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), pairs%xi(:, j:j), forces(:, 3:3))
+   end function forces_of
 
    ! y := y + |A|^T |x|.
    pure subroutine add_transposed_sizes(matrix, x, y)

@@ -4,7 +4,7 @@ module kschur_search
    use kschur_certificate, only: indistinct
    use kschur_context, only: solve_context_type, whole_given
    use kschur_effort, only: phase_judge, phase_recover
-   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, near, normalize
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, near, normalize, replace_pair
    use kschur_error, only: error_cancelled, error_type, error_singular, take_cancelled
    use kschur_iteration, only: iterate
    use kschur_kinds, only: wp
@@ -295,15 +295,8 @@ contains
       if (.not. allocated(error)) call s%expand(modes%eigenpairs_type, error)
       if (allocated(error)) return
       do j = 1, size(modes%lambda)
-         associate (i => modes%motion(j))
-            if (i == 0) then
-               call normalize(modes, j)
-            else
-               if (modes%is_real()) modes%real_phi(:, j) = s%known%rigid%real_phi(:, i)
-               if (.not. modes%is_real()) modes%phi(:, j) = s%known%rigid%column(i)
-               modes%xi(:, j) = s%known%rigid%xi(:, i)
-            end if
-         end associate
+         if (modes%motion(j) == 0) call normalize(modes, j)
+         if (modes%motion(j) > 0) call replace_pair(modes, j, s%known%rigid, modes%motion(j))
       end do
       if (allocated(s%norms)) then
          call judge_by_rows(s%shared, s%processes, s%norms, modes%eigenpairs_type, modes%motion > 0, modes%backward_error, &
