@@ -37,8 +37,9 @@ module kschur_finishing
       real(wp), allocatable :: errors(:)
       !> Error bounds of the eigenvalues (1/s): the smaller of those in balanced units and in the units as given.
       real(wp), allocatable :: uncertainty(:)
-      !> Whether `errors` is worth reducing; whether the error bound is so large that it may be no eigenvalue.
-      logical, allocatable :: poor(:), doubtful(:)
+      !> Whether `errors` is worth reducing; whether the error bound is so large that it may be no eigenvalue; whether polishing did
+      !> not find it again.
+      logical, allocatable :: poor(:), doubtful(:), not_found(:)
    end type judgement_type
 
 contains
@@ -53,16 +54,13 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(judgement_type) :: judgement
       type(cluster_type), allocatable :: clusters(:)
-      logical, allocatable :: not_found(:)
 
       call s%hold(whole_iterated, error)
       if (.not. allocated(error)) call judge(s, modes, judgement, error)
       if (allocated(error)) return
       call find_suspects(modes, judgement, s%is_lossy(), clusters)
-      allocate (not_found(size(modes%lambda)), source=.false.)
-      call polish_clusters(s, modes, clusters, judgement, .false., not_found, error)
-      if (allocated(error) .or. is_counted(s)) return
-      call leave_out(modes, not_found)
+      call polish_clusters(s, modes, clusters, judgement, .false., error)
+      if (.not. (allocated(error) .or. is_counted(s))) call leave_out(modes, judgement%not_found)
    end subroutine finish_modes
 
    ! Drops modes, which are infinite eigenvalues moved by rounding, or modes that are not known.
@@ -85,13 +83,11 @@ contains
       type(judgement_type) :: judgement
       type(cluster_type), allocatable :: clusters(:)
       real(wp), allocatable :: discs(:)
-      logical, allocatable :: not_found(:)
       integer :: pass, i
 
       if (s%work%unknowns() + s%work%multipliers() > largest_refined) return
       judgement%doubtful = abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda)
       if (s%problem%symmetric) judgement%doubtful = judgement%doubtful .and. modes%uncertainty > equal_value*abs(modes%lambda)
-      allocate (not_found(size(modes%lambda)), source=.false.)
       do pass = 1, 2
          if (.not. any(judgement%doubtful)) exit
          discs = min(modes%uncertainty, no_correct_digits*abs(modes%lambda))
@@ -109,10 +105,10 @@ contains
          end do
          judgement%errors = modes%backward_error
          judgement%uncertainty = modes%uncertainty
-         call polish_clusters(s, modes, clusters, judgement, .true., not_found, error)
+         call polish_clusters(s, modes, clusters, judgement, .true., error)
          if (allocated(error)) return
       end do
-      call leave_out(modes, not_found)
+      if (allocated(judgement%not_found)) call leave_out(modes, judgement%not_found)
    end subroutine refine_modes
 
    ! Whether a cluster can be refined, and has a chosen member.
@@ -130,16 +126,14 @@ contains
    end function may_refine
 
    ! Polishes clusters, and replaces their members by the pairs found, the last modes of the list then.
-   subroutine polish_clusters(s, modes, clusters, judgement, refines, not_found, error)
+   subroutine polish_clusters(s, modes, clusters, judgement, refines, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(cluster_type), intent(in) :: clusters(:)
-      !> On return `doubtful` is that of the new list.
+      !> On return `doubtful` and `not_found` are those of the new list.
       type(judgement_type), intent(inout) :: judgement
       !> Whether they are refined.
       logical, intent(in) :: refines
-      !> Which modes, of the new list on return, were not found again.
-      logical, allocatable, intent(inout) :: not_found(:)
       type(error_type), allocatable, intent(out) :: error
       type(polisher_type) :: polisher
       type(eigenpairs_type) :: found
@@ -149,6 +143,7 @@ contains
       integer :: i
 
       allocate (replaced(size(modes%lambda)), source=.false.)
+      if (.not. allocated(judgement%not_found)) judgement%not_found = replaced
       if (size(clusters) == 0) return
       call polisher%begin(constraint_factors(s%work, s%options%constraint_scaling, s%shift), s%options%good_enough(), &
          s%inner%complex)
@@ -157,18 +152,18 @@ contains
       allocate (found%paired(0))
       do i = 1, size(clusters)
          if (s%is_stopped()) exit
-         call polish_cluster(s, modes, clusters(i), judgement, polisher, found, replaced, not_found, error)
+         call polish_cluster(s, modes, clusters(i), judgement, polisher, found, replaced, error)
          if (allocated(error)) return
-         if (refines .or. .not. any(not_found(clusters(i)%members))) cycle
+         if (refines .or. .not. any(judgement%not_found(clusters(i)%members))) cycle
          ! Within the error bounds of doubtful members the matrix may be singular to rounding: once more from outside.
          outer = clusters(i)
          outer%disc = min(maxval(judgement%uncertainty(outer%members)), part_of_radius*outer%radius)
-         call polish_cluster(s, modes, outer, judgement, polisher, found, replaced, not_found, error)
+         call polish_cluster(s, modes, outer, judgement, polisher, found, replaced, error)
          if (allocated(error)) return
       end do
       call s%effort%add_solves(polisher%solver)
       call modes%drop(replaced)
-      not_found = pack(not_found, .not. replaced)
+      judgement%not_found = pack(judgement%not_found, .not. replaced)
       judgement%doubtful = pack(judgement%doubtful, .not. replaced)
       ! The polished pairs of a wide cluster may include neighbours that stay in the list.
       call drop_dependent(found, modes)
@@ -176,7 +171,7 @@ contains
       call judge_pairs(s%work, mode_request_type(target=s%options%target, reference=s%reference(), refined=refines), found, &
          new_modes)
       call modes%append(new_modes)
-      not_found = [not_found, spread(.false., 1, size(new_modes%lambda))]
+      judgement%not_found = [judgement%not_found, spread(.false., 1, size(new_modes%lambda))]
       judgement%doubtful = [judgement%doubtful, spread(.false., 1, size(new_modes%lambda))]
    end subroutine polish_clusters
 
@@ -294,28 +289,26 @@ contains
 
    ! Factors the problem beside one cluster, polishes it, and accepts the pairs found there or leaves the members as they were.
    ! A singular matrix, no convergence or a cancellation leaves them, too.
-   subroutine polish_cluster(s, modes, cluster, judgement, polisher, found, replaced, not_found, error)
+   subroutine polish_cluster(s, modes, cluster, judgement, polisher, found, replaced, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(in) :: modes
       type(cluster_type), intent(in) :: cluster
-      type(judgement_type), intent(in) :: judgement
+      type(judgement_type), intent(inout) :: judgement
       type(polisher_type), intent(inout) :: polisher
       !> Pairs of the iterated problem, to which those that replace the members are appended.
       type(eigenpairs_type), intent(inout) :: found
-      !> Modes that are replaced, and modes that were not found again.
-      logical, intent(inout) :: replaced(:), not_found(:)
+      !> Modes that are replaced.
+      logical, intent(inout) :: replaced(:)
       type(error_type), allocatable, intent(out) :: error
       ! Random vectors beside one or several members, for copies not yet found.
       integer, parameter :: guards(2) = [2, 4]
       type(polished_type) :: polished
       type(eigenpairs_type) :: members
       complex(wp) :: shift
-      logical :: chosen(size(modes%lambda))
-      integer :: guard_vectors
+      integer :: guard_vectors, number_before, i
 
-      chosen = .false.
-      chosen(cluster%members) = .true.
-      members = chosen_pairs(modes, chosen)
+      members = chosen_pairs(modes, [(any(cluster%members == i), i=1, size(modes%lambda))])
+      number_before = cluster%count_eigenvalues(members%lambda)
       call members%make_complex()
       call polisher%factor_beside(s%work, cluster, shift, error)
       if (.not. allocated(error)) then
@@ -327,48 +320,41 @@ contains
             polished, error)
       end if
       if (allocated(error)) then
-         if (all(error%code /= [error_singular, error_convergence, error_cancelled])) return
-         deallocate (error)
+         if (any(error%code == [error_singular, error_convergence, error_cancelled])) deallocate (error)
          return
       end if
-      if (is_accepted()) then
+      if (is_accepted(judgement%not_found(cluster%members), judgement%doubtful(cluster%members))) then
          replaced(cluster%members) = .true.
          if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
          ! Two clusters of inaccurate eigenvalues may be the same: both find the same pairs then.
          call drop_dependent(polished%pairs, found)
          call append_pairs(found, polished%pairs)
       else if (polished%eigenvalues == 0) then
-         not_found(cluster%members) = judgement%doubtful(cluster%members) .or. judgement%errors(cluster%members) > inaccurate_above
-      else if (polished%eigenvalues >= cluster%count_eigenvalues(members%lambda)) then
-         not_found(cluster%members) = .false.
+         judgement%not_found(cluster%members) = judgement%doubtful(cluster%members) .or. &
+            judgement%errors(cluster%members) > inaccurate_above
+      else if (polished%eigenvalues >= number_before) then
+         judgement%not_found(cluster%members) = .false.
       end if
 
    contains
 
-      ! Least number of eigenvalues in the cluster: of its linearly independent members that are not in doubt.
-      integer function least_number() result(number)
-         logical :: certain(size(cluster%members))
+      ! Whether the polished pairs replace the members: they are as many as the members that are certain, that is independent and not
+      ! in doubt (all, if a certificate counts them), and all Ritz values in the cluster are accurate; or they are as many as the
+      ! members, and accurate enough or more accurate. Refined ones are no more than the members, and no fewer than those of them
+      ! that were not lost before.
+      logical function is_accepted(lost, doubtful)
+         logical, intent(in) :: lost(:), doubtful(:)
+         complex(wp), allocatable :: certain(:)
 
-         certain = independent_parts(modes, cluster%members) > dependent_state .and. .not. judgement%doubtful(cluster%members)
-         number = cluster%count_eigenvalues(pack(modes%lambda(cluster%members), certain))
-      end function least_number
-
-      ! Whether the polished pairs replace the members: they are as many as the members that are certain (all, if a certificate
-      ! counts them), and all Ritz values in the cluster are accurate; or they are as many as the members, and accurate enough or
-      ! more accurate. Refined ones are no more than the members, and no fewer than those of them that were not lost before.
-      logical function is_accepted()
-         integer :: number_before
-
-         number_before = cluster%count_eigenvalues(members%lambda)
          if (polisher%refines) then
-            associate (remaining => pack(modes%lambda(cluster%members), .not. not_found(cluster%members)))
-               is_accepted = polished%complete .and. polished%residual <= known_well .and. polished%eigenvalues <= number_before &
-                  .and. polished%eigenvalues >= cluster%count_eigenvalues(remaining) &
-                  .and. size(polished%pairs%lambda) >= size(remaining)
-            end associate
+            certain = pack(members%lambda, .not. lost)
+            is_accepted = polished%complete .and. polished%residual <= known_well .and. polished%eigenvalues <= number_before &
+               .and. polished%eigenvalues >= cluster%count_eigenvalues(certain) .and. size(polished%pairs%lambda) >= size(certain)
             return
          end if
-         is_accepted = (polished%complete .and. polished%eigenvalues >= merge(number_before, least_number(), is_counted(s))) .or. &
+         certain = pack(members%lambda, (independent_parts(modes, cluster%members) > dependent_state .and. .not. doubtful) .or. &
+            is_counted(s))
+         is_accepted = (polished%complete .and. polished%eigenvalues >= cluster%count_eigenvalues(certain)) .or. &
             (polished%eigenvalues >= number_before .and. &
             (polished%worst() <= polisher%tolerance .or. polished%worst() < maxval(judgement%errors(cluster%members))))
       end function is_accepted
@@ -379,32 +365,30 @@ contains
    subroutine make_real(map, pairs)
       type(spectral_map_type), intent(in) :: map
       type(eigenpairs_type), intent(inout) :: pairs
-      complex(wp) :: xi(size(pairs%xi, 1), 2)
-      real(wp) :: shape(pairs%rows(), 2), remaining(2)
+      ! Their factors make the real and the imaginary part real.
+      complex(wp), parameter :: turns(2) = [(1.0_wp, 0.0_wp), (0.0_wp, -1.0_wp)]
+      complex(wp) :: xi(size(pairs%xi, 1)), reaction
+      real(wp) :: shape(pairs%rows()), overlap
       integer :: i, j, part
 
       allocate (pairs%real_phi(pairs%rows(), size(pairs%lambda)))
       do j = 1, size(pairs%lambda)
-         ! Normalised, their largest entries are real. Multipliers of a real shape are real but for the factor of damping.
-         associate (reaction => map%reaction(pairs%lambda(j)))
-            shape = reshape([real(pairs%phi(:, j), wp), aimag(pairs%phi(:, j))], shape=[size(shape, 1), 2])
-            xi(:, 1) = reaction*real(pairs%xi(:, j)/reaction, wp)
-            xi(:, 2) = reaction*aimag(pairs%xi(:, j)/reaction)
-         end associate
-         do part = 1, 2
+         ! Multipliers of a real shape are real but for the factor of damping.
+         reaction = map%reaction(pairs%lambda(j))
+         do part = 1, size(turns)
+            shape = real(turns(part)*pairs%phi(:, j), wp)
+            xi = reaction*real(turns(part)*(pairs%xi(:, j)/reaction), wp)
             do i = 1, j - 1
                if (abs(pairs%lambda(i) - pairs%lambda(j)) > cancelled*abs(pairs%lambda(j))) cycle
-               associate (overlap => dot_product(pairs%real_phi(:, i), shape(:, part)))
-                  shape(:, part) = shape(:, part) - overlap*pairs%real_phi(:, i)
-                  xi(:, part) = xi(:, part) - overlap*pairs%xi(:, i)
-               end associate
+               overlap = dot_product(pairs%real_phi(:, i), shape)
+               shape = shape - overlap*pairs%real_phi(:, i)
+               xi = xi - overlap*pairs%xi(:, i)
             end do
-            remaining(part) = norm2(shape(:, part))
+            if (norm2(shape) > same_shape) exit
          end do
-         part = merge(1, 2, remaining(1) > same_shape)
-         if (remaining(2) > same_shape .or. part == 1) then
-            pairs%real_phi(:, j) = shape(:, part)/remaining(part)
-            pairs%xi(:, j) = xi(:, part)/remaining(part)
+         if (part <= size(turns)) then
+            pairs%real_phi(:, j) = shape/norm2(shape)
+            pairs%xi(:, j) = xi/norm2(shape)
          else
             ! Both parts depend on shapes before: a double root has one shape.
             pairs%real_phi(:, j) = real(pairs%phi(:, j), wp)
