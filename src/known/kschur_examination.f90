@@ -8,7 +8,7 @@ module kschur_examination
    use kschur_error, only: error_type, error_singular, new_error
    use kschur_held_bodies, only: are_held
    use kschur_kinds, only: wp
-   use kschur_magnitudes, only: add_magnitudes
+   use kschur_magnitudes, only: terms_of
    use kschur_mass_bound, only: is_definite
    use kschur_monitor, only: ask_monitor, monitor_type
    use kschur_null_space, only: find_null_space, null_space_type
@@ -102,10 +102,64 @@ contains
       call set_rigid_motions(problem, rigid, examination)
       needs_root_spaces = modes > (problem%unknowns() - problem%multipliers())/most_part .or. &
          all(formulation /= [formulation_symmetric, formulation_proportional])
-      if (needs_root_spaces) call find_root_spaces(problem, formulation, modes, inner, rigid, examination, effort, error, &
-         monitor)
+      if (needs_root_spaces) call find_root_spaces()
       ! The factors serve a shift at zero only if their null space is that of the rigid motions.
       if (.not. allocated(error) .and. examination%lossy == 0) call move_alloc(rigid, examination%stiffness)
+
+   contains
+
+      ! Computes the root space of zero if rigid motions are not deflated, and that of infinity unless M is definite: infinity is
+      ! the eigenvalue zero of the reversed polynomial lambda^2 K + lambda R + M. Skips zero with more than `most_null_vectors`
+      ! motions, and infinity with more unknowns without mass than modes and than `most_massless`.
+      subroutine find_root_spaces()
+         type(null_space_type) :: massless
+         logical :: lossy
+
+         lossy = allocated(problem%loss) .and. formulation /= formulation_proportional
+         associate (deflation => examination%deflation)
+            deflation%oscillator = all(formulation /= [formulation_quadratic, formulation_low_rank, formulation_damped, &
+               formulation_damped_constrained, formulation_damped_constrained_zero])
+            if (lossy .and. deflation%oscillator) then
+               ! The quadratic form that observes the scale has other root spaces.
+               deflation%oscillator = .false.
+               return
+            end if
+            if (deflation%not_deflated > most_null_vectors) then
+               examination%chains_skipped = deflation%not_deflated
+            else if (deflation%not_deflated > 0) then
+               call find_chains(deflation%zero, rigid, problem%mass)
+               if (lossy) call drop_complex_chains(deflation%zero, problem, size(rigid%motions, 2), error)
+               if (.not. (allocated(error) .or. lossy) .and. problem%symmetric .and. .not. deflation%oscillator) &
+                  call add_decays(problem, rigid, examination, error)
+               if (allocated(error)) return
+            end if
+            ! With losses the chains of infinity are complex.
+            if (lossy .or. count(.not. problem%mass%row_maxima() > 0) > max(most_massless, modes)) return
+            deflation%infinite_is_known = problem%symmetric .or. problem%mass%is_symmetric()
+            if (deflation%infinite_is_known) deflation%infinite_is_known = is_definite(problem%mass, least_of_mass)
+            if (deflation%infinite_is_known) return
+            call find_null_space(massless, problem, problem%mass, .false., inner, for_mass, effort, error)
+            if (allocated(error)) return
+            call find_chains(deflation%infinite, massless, problem%stiffness)
+            deflation%infinite_is_known = .not. allocated(error)
+            call effort%add_solves(massless%solver)
+         end associate
+      end subroutine find_root_spaces
+
+      ! Computes the Jordan chains that begin with null vectors of M or K.
+      subroutine find_chains(space, null_space, other_end)
+         type(root_space_type), intent(out) :: space
+         type(null_space_type), intent(inout) :: null_space
+         !> The coefficient at the other end of the polynomial: M for null vectors of K, K for those of M.
+         type(csr_matrix_type), intent(in) :: other_end
+
+         if (examination%deflation%oscillator) then
+            call find_root_space(space, null_space, signed(other_end, formulation), &
+               empty_csr_matrix(other_end%rows, other_end%rows), error, monitor)
+         else
+            call find_root_space(space, null_space, problem%damping, other_end, error, monitor)
+         end if
+      end subroutine find_chains
    end subroutine find_rigid_motions
 
    ! Drops the null vectors of K in which H dissipates energy: keeps the combinations N with H N = 0, by singular vectors of H N.
@@ -116,7 +170,7 @@ contains
       !> Number of null vectors dropped.
       integer, intent(out) :: lossy
       type(error_type), allocatable, intent(inout) :: error
-      real(wp), allocatable :: forces(:, :), singular(:), rotation(:, :), rotated(:, :)
+      real(wp), allocatable :: forces(:, :), singular(:), rotation(:, :), rotated(:, :), most(:)
       logical, allocatable :: is_lossless(:)
       integer, allocatable :: lossless(:)
       integer :: k, j
@@ -124,20 +178,14 @@ contains
       k = size(null_space%motions, 2)
       lossy = 0
       if (k == 0) return
-      allocate (forces(problem%unknowns(), k), source=0.0_wp)
-      call problem%loss%add_product(1.0_wp, null_space%motions, forces)
-      call right_singular_vectors(forces, singular, rotation, error)
+      call right_singular_vectors(problem%loss%product(null_space%motions), singular, rotation, error)
       if (allocated(error)) return
-      forces = matmul(forces, rotation)
       rotated = matmul(null_space%motions, rotation)
-      allocate (is_lossless(k))
-      do j = 1, k
-         associate (most => problem%loss%infinity_norm()*norm2(rotated(:, j)))
-            is_lossless(j) = norm2(forces(:, j)) <= root_epsilon*most .and. &
-               abs(dot_product(rotated(:, j), forces(:, j))) <= cancelled*most*norm2(rotated(:, j))
-         end associate
-      end do
-      allocate (lossless, source=pack([(j, j=1, k)], is_lossless))
+      forces = problem%loss%product(rotated)
+      most = problem%loss%infinity_norm()*norm2(rotated, 1)
+      is_lossless = norm2(forces, 1) <= root_epsilon*most .and. &
+         abs(sum(rotated*forces, 1)) <= cancelled*most*norm2(rotated, 1)
+      lossless = pack([(j, j=1, k)], is_lossless)
       lossy = k - size(lossless)
       if (lossy == 0) return
       null_space%motions = rotated(:, lossless)
@@ -226,80 +274,13 @@ contains
       ! entry of that row, as units of other rows may be far larger.
       logical function vanishes(matrix)
          type(csr_matrix_type), intent(in) :: matrix
-         real(wp), dimension(n, 1) :: product, terms
+         real(wp) :: product(n, 1)
 
-         product = 0
-         terms = 0
-         call matrix%add_product(1.0_wp, candidate, product)
-         call add_magnitudes(matrix, abs(candidate), terms)
-         vanishes = maxval(abs(product)) <= cancelled*maxval(terms) .or. &
+         product = matrix%product(candidate)
+         vanishes = maxval(abs(product)) <= cancelled*maxval(terms_of(matrix, abs(candidate))) .or. &
             all(abs(product(:, 1)) <= rounding_of_row*matrix%row_maxima()*maxval(abs(candidate)))
       end function vanishes
    end subroutine check_inertia
-
-   ! Computes the root space of zero if rigid motions are not deflated, and that of infinity unless M is definite: infinity is the
-   ! eigenvalue zero of the reversed polynomial lambda^2 K + lambda R + M. Skips zero with more than `most_null_vectors` motions,
-   ! and infinity with more unknowns without mass than modes and than `most_massless`.
-   subroutine find_root_spaces(problem, formulation, modes, inner, rigid, examination, effort, error, monitor)
-      type(modal_problem_type), intent(in) :: problem
-      integer, intent(in) :: formulation, modes
-      type(inner_solvers_type), intent(in) :: inner
-      !> The null space of the stiffness.
-      type(null_space_type), intent(inout) :: rigid
-      type(examination_type), intent(inout) :: examination
-      class(effort_type), intent(inout) :: effort
-      type(error_type), allocatable, intent(out) :: error
-      class(monitor_type), optional, intent(inout) :: monitor
-      type(null_space_type) :: massless
-      logical :: lossy
-
-      lossy = allocated(problem%loss) .and. formulation /= formulation_proportional
-      associate (deflation => examination%deflation)
-         deflation%oscillator = all(formulation /= [formulation_quadratic, formulation_low_rank, formulation_damped, &
-            formulation_damped_constrained, formulation_damped_constrained_zero])
-         if (lossy .and. deflation%oscillator) then
-            ! The quadratic form that observes the scale has other root spaces.
-            deflation%oscillator = .false.
-            return
-         end if
-         if (deflation%not_deflated > most_null_vectors) then
-            examination%chains_skipped = deflation%not_deflated
-         else if (deflation%not_deflated > 0) then
-            call find_chains(deflation%zero, rigid, problem%mass)
-            if (lossy) call drop_complex_chains(deflation%zero, problem, size(rigid%motions, 2), error)
-            if (.not. (allocated(error) .or. lossy) .and. problem%symmetric .and. .not. deflation%oscillator) &
-               call add_decays(problem, rigid, examination, error)
-            if (allocated(error)) return
-         end if
-         ! With losses the chains of infinity are complex.
-         if (lossy .or. count(.not. problem%mass%row_maxima() > 0) > max(most_massless, modes)) return
-         deflation%infinite_is_known = problem%symmetric .or. problem%mass%is_symmetric()
-         if (deflation%infinite_is_known) deflation%infinite_is_known = is_definite(problem%mass, least_of_mass)
-         if (deflation%infinite_is_known) return
-         call find_null_space(massless, problem, problem%mass, .false., inner, for_mass, effort, error)
-         if (allocated(error)) return
-         call find_chains(deflation%infinite, massless, problem%stiffness)
-         deflation%infinite_is_known = .not. allocated(error)
-         call effort%add_solves(massless%solver)
-      end associate
-
-   contains
-
-      ! Computes the Jordan chains that begin with null vectors of M or K.
-      subroutine find_chains(space, null_space, other_end)
-         type(root_space_type), intent(out) :: space
-         type(null_space_type), intent(inout) :: null_space
-         !> The coefficient at the other end of the polynomial: M for null vectors of K, K for those of M.
-         type(csr_matrix_type), intent(in) :: other_end
-
-         if (examination%deflation%oscillator) then
-            call find_root_space(space, null_space, signed(other_end, formulation), &
-               empty_csr_matrix(other_end%rows, other_end%rows), error, monitor)
-         else
-            call find_root_space(space, null_space, problem%damping, other_end, error, monitor)
-         end if
-      end subroutine find_chains
-   end subroutine find_root_spaces
 
    ! Drops a root space of zero that was computed from K in the place of K + i H, unless it is known to be the same: K and H are
    ! symmetric, so that their left null vectors are the right ones, and no state behind these was solved for. Otherwise its chains

@@ -49,9 +49,9 @@ module kschur_null_space
       real(wp) :: radius = 0
       !> Whether the factors are those of A itself: for forces f orthogonal to the null vectors they solve A x = f.
       logical :: exact = .false.
-      ! The scaled matrix, and E.
-      type(csr_matrix_type), private :: matrix, added
-      logical, private :: symmetric = .false.
+      ! The scaled matrix.
+      type(csr_matrix_type), private :: matrix
+      logical, private :: symmetric = .false., perturbed = .false.
       integer, private :: unknowns = 0
       real(wp), private :: delta = 0
       ! D2^{-1} [phi; xi], its columns orthonormal in the first n rows.
@@ -94,23 +94,18 @@ contains
       !> only. Absent: they are not distributed.
       type(row_problem_type), optional, intent(inout) :: matrices
       integer, parameter :: attempts = 3
-      class(real_linear_solver_type), allocatable :: solver
+      type(matrix_structure_type) :: structure
       real(wp), allocatable :: basis(:, :)
       integer :: attempt
       logical :: found
 
-      call factor_alone(space, problem, matrix, held, inner, purpose, effort, basis, found, error, matrices)
+      call factor_alone()
       if (allocated(error)) return
       attempt = 0
       do while (.not. found)
          attempt = attempt + 1
          if (allocated(space%solver)) call effort%add_solves(space%solver)
-         if (attempt <= attempts) then
-            allocate (solver, source=inner%unshifted)
-         else
-            allocate (solver, source=direct_real_type(inner=inner_mumps))
-         end if
-         call factor_perturbed(space, problem, matrix, solver, mod(attempt - 1, attempts), error, matrices)
+         call factor_perturbed(attempt)
          if (.not. allocated(error)) then
             call effort%add_factors(space%solver, purpose)
             ! A null pivot is replaced by the solver: the null vector would be lost.
@@ -121,10 +116,11 @@ contains
             if (attempt >= attempts .or. space%growth <= most_enlarged) exit
          else
             if (attempt > attempts .or. all(error%code /= [error_convergence, error_singular])) return
+            deallocate (error)
             attempt = attempts
          end if
       end do
-      call find_left_vectors(space, problem, basis, error)
+      if (.not. (space%symmetric .or. size(basis, 2) == 0)) call find_left_vectors()
       if (allocated(error)) return
       associate (n => space%unknowns, vectors => basis*spread(space%column_scaling, 2, size(basis, 2)))
          allocate (space%motions, source=vectors(:n, :))
@@ -133,155 +129,130 @@ contains
       call move_alloc(basis, space%basis)
       ! It serves vectors beside null vectors.
       if (size(space%motions, 2) == 0) space%matrix = csr_matrix_type()
+
+   contains
+
+      ! Factors A itself, without E, and finds its null vectors (`found`), of a symmetric A if the inertia shows no negative
+      ! eigenvalue but those of null vectors and multipliers; an unsymmetric one must have none, as pivoting leaves unknown what
+      ! replaces them.
+      subroutine factor_alone()
+         found = .false.
+         select type (solver => inner%unshifted)
+         type is (direct_real_type)
+            if (problem%multipliers() > 0 .and. .not. held) return
+            allocate (space%solver, source=solver)
+         type is (iterative_real_type)
+            ! Factors in single precision hold no null pivots: A must be regular.
+            if (problem%multipliers() > 0 .or. .not. problem%symmetric) return
+            allocate (space%solver, source=solver)
+         class default
+            return
+         end select
+         call scale_matrix()
+         if (allocated(error)) return
+         structure%singular = structure%symmetric
+         space%delta = merge(structure%least_pivot(), visible_pivot, structure%singular)
+         call space%solver%factorize(space%matrix, structure, error)
+         if (.not. allocated(error)) then
+            call effort%add_factors(space%solver, purpose)
+            call find_null_vectors(space, .false., basis, error)
+         end if
+         if (allocated(error)) then
+            if (all(error%code /= [error_cancelled, error_memory])) deallocate (error)
+         else if (structure%symmetric) then
+            ! Each negative pivot belongs to a null vector then.
+            found = space%solver%negative_pivots <= problem%multipliers() + size(basis, 2) .and. .not. space%doubtful
+            space%exact = found
+            if (found .and. problem%multipliers() > 0) &
+               call try_factors(space%solver, space%matrix, basis, space%unknowns, space%exact, error)
+         else
+            found = space%solver%null_pivots == 0 .and. size(basis, 2) == 0
+            space%exact = found
+         end if
+      end subroutine factor_alone
+
+      ! Sets the scaled matrix, without E, and its structure.
+      subroutine scale_matrix()
+         type(csr_matrix_type) :: a, constraints
+         real(wp) :: scaling(problem%unknowns()), constraint_scaling(problem%multipliers())
+
+         space%unknowns = problem%unknowns()
+         if (present(matrices)) call matrices%bring_back(all_three, error)
+         if (allocated(error)) return
+         ! The pattern includes that of M, so that one symbolic analysis serves K and K - s M.
+         a = linear_combination(1.0_wp, matrix, 0.0_wp, problem%mass)
+         if (present(matrices)) call matrices%put_away(all_three)
+         structure = saddle_structure(problem)
+         if (.not. problem%symmetric) structure%symmetric = a%is_symmetric()
+         space%symmetric = structure%symmetric
+         constraints = problem%constraints
+         call find_scalings(a, constraints, scaling, constraint_scaling)
+         call a%scale_entries(scaling, scaling)
+         call constraints%scale_entries(spread(1.0_wp, 1, problem%multipliers()), scaling)
+         space%row_scaling = [scaling, constraint_scaling]
+         space%column_scaling = [scaling, constraint_scaling]
+         if (constraints%rows > 0) then
+            space%matrix = bordered(a, constraints, constraint_scaling)
+         else
+            space%matrix%rows = a%rows
+            space%matrix%columns = a%columns
+            call move_alloc(a%row_start, space%matrix%row_start)
+            call move_alloc(a%column, space%matrix%column)
+            call move_alloc(a%value, space%matrix%value)
+         end if
+      end subroutine scale_matrix
+
+      ! Factors the scaled matrix plus E: each attempt has a larger E, and another random one; the last one has MUMPS.
+      subroutine factor_perturbed(attempt)
+         integer, intent(in) :: attempt
+         type(csr_matrix_type) :: e
+
+         space = null_space_type(perturbed=.true.)
+         if (attempt <= attempts) then
+            allocate (space%solver, source=inner%unshifted)
+         else
+            allocate (space%solver, source=direct_real_type(inner=inner_mumps))
+         end if
+         call scale_matrix()
+         if (allocated(error)) return
+         if (.not. structure%symmetric) call equilibrate(space%matrix, space%row_scaling, space%column_scaling)
+         space%delta = 3.0_wp**mod(attempt - 1, attempts)*max(above_rounding*space%solver%accuracy, visible_pivot)
+         if (structure%symmetric) then
+            e = identity_csr_matrix(space%unknowns)
+         else
+            e = random_on_pattern(problem, mod(attempt - 1, attempts) + 1)
+         end if
+         e%value = space%delta*e%value
+         associate (m => problem%multipliers())
+            e = bordered(e, empty_csr_matrix(m, space%unknowns), spread(1.0_wp, 1, m), spread(-space%delta, 1, m))
+         end associate
+         call space%solver%factorize(linear_combination(1.0_wp, space%matrix, 1.0_wp, e), structure, error)
+      end subroutine factor_perturbed
+
+      ! Finds the null vectors of the transposed matrix, and drops those that are not null entry by entry.
+      subroutine find_left_vectors()
+         real(wp), allocatable :: y(:, :), x(:, :), forms(:, :)
+
+         call find_null_vectors(space, .true., space%left_basis, error)
+         if (allocated(error)) return
+         space%radius = huge(1.0_wp)
+         space%doubtful = size(space%left_basis, 2) /= size(basis, 2)
+         if (space%doubtful) return
+         y = space%left_basis
+         x = basis
+         call keep_null_pairs(space%matrix, space%solver, y, x, forms, space%doubtful, error)
+         if (allocated(error)) return
+         associate (n => space%unknowns, k => size(x, 2))
+            space%radius = radius_of_zeros(problem%mass, problem%damping, y(:n, :)*spread(space%row_scaling(:n), 2, k), &
+               x(:n, :)*spread(space%column_scaling(:n), 2, k), forms)
+            if (k == size(basis, 2)) return
+            call orthonormalize(basis(:, :0), n, x)
+            call orthonormalize(basis(:, :0), n, y)
+         end associate
+         basis = x
+         space%left_basis = y
+      end subroutine find_left_vectors
    end subroutine find_null_space
-
-   ! Finds the null vectors of the transposed matrix if A is unsymmetric, and drops those that are not null entry by entry.
-   subroutine find_left_vectors(space, problem, basis, error)
-      type(null_space_type), intent(inout) :: space
-      type(modal_problem_type), intent(in) :: problem
-      real(wp), allocatable, intent(inout) :: basis(:, :)
-      type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: y(:, :), x(:, :), forms(:, :)
-
-      if (space%symmetric .or. size(basis, 2) == 0) return
-      call find_null_vectors(space, .true., space%left_basis, error)
-      if (allocated(error)) return
-      space%radius = huge(1.0_wp)
-      space%doubtful = size(space%left_basis, 2) /= size(basis, 2)
-      if (space%doubtful) return
-      y = space%left_basis
-      x = basis
-      call keep_null_pairs(space%matrix, space%solver, y, x, forms, space%doubtful, error)
-      if (allocated(error)) return
-      associate (n => space%unknowns, k => size(x, 2))
-         space%radius = radius_of_zeros(problem%mass, problem%damping, y(:n, :)*spread(space%row_scaling(:n), 2, k), &
-            x(:n, :)*spread(space%column_scaling(:n), 2, k), forms)
-         if (k == size(basis, 2)) return
-         call orthonormalize(basis(:, :0), n, x)
-         call orthonormalize(basis(:, :0), n, y)
-      end associate
-      basis = x
-      space%left_basis = y
-   end subroutine find_left_vectors
-
-   ! Factors A itself, without E, and finds its null vectors (`found`), of a symmetric A if the inertia shows no negative eigenvalue
-   ! but those of null vectors and multipliers; an unsymmetric one must have none, as pivoting leaves unknown what replaces them.
-   subroutine factor_alone(space, problem, matrix, held, inner, purpose, effort, basis, found, error, matrices)
-      type(null_space_type), intent(inout) :: space
-      type(modal_problem_type), intent(in) :: problem
-      type(csr_matrix_type), intent(in) :: matrix
-      logical, intent(in) :: held
-      type(inner_solvers_type), intent(in) :: inner
-      integer, intent(in) :: purpose
-      class(effort_type), intent(inout) :: effort
-      real(wp), allocatable, intent(out) :: basis(:, :)
-      logical, intent(out) :: found
-      type(error_type), allocatable, intent(out) :: error
-      type(row_problem_type), optional, intent(inout) :: matrices
-      type(matrix_structure_type) :: structure
-
-      found = .false.
-      select type (solver => inner%unshifted)
-      type is (direct_real_type)
-         if (problem%multipliers() > 0 .and. .not. held) return
-         allocate (space%solver, source=solver)
-      type is (iterative_real_type)
-         ! Factors in single precision hold no null pivots: A must be regular.
-         if (problem%multipliers() > 0 .or. .not. problem%symmetric) return
-         allocate (space%solver, source=solver)
-      class default
-         return
-      end select
-      call scale_matrix(space, problem, matrix, structure, error, matrices)
-      if (allocated(error)) return
-      structure%singular = structure%symmetric
-      space%delta = merge(structure%least_pivot(), visible_pivot, structure%singular)
-      call space%solver%factorize(space%matrix, structure, error)
-      if (.not. allocated(error)) then
-         call effort%add_factors(space%solver, purpose)
-         call find_null_vectors(space, .false., basis, error)
-      end if
-      if (allocated(error)) then
-         if (all(error%code /= [error_cancelled, error_memory])) deallocate (error)
-      else if (structure%symmetric) then
-         ! Each negative pivot belongs to a null vector then.
-         found = space%solver%negative_pivots <= problem%multipliers() + size(basis, 2) .and. .not. space%doubtful
-         space%exact = found
-         if (found .and. problem%multipliers() > 0) &
-            call try_factors(space%solver, space%matrix, basis, space%unknowns, space%exact, error)
-      else
-         found = space%solver%null_pivots == 0 .and. size(basis, 2) == 0
-         space%exact = found
-      end if
-   end subroutine factor_alone
-
-   ! Sets the scaled matrix, without E, and its structure.
-   subroutine scale_matrix(space, problem, matrix, structure, error, matrices)
-      type(null_space_type), intent(inout) :: space
-      type(modal_problem_type), intent(in) :: problem
-      type(csr_matrix_type), intent(in) :: matrix
-      type(matrix_structure_type), intent(out) :: structure
-      type(error_type), allocatable, intent(out) :: error
-      type(row_problem_type), optional, intent(inout) :: matrices
-      type(csr_matrix_type) :: a, constraints
-      real(wp) :: scaling(problem%unknowns()), constraint_scaling(problem%multipliers())
-
-      space%unknowns = problem%unknowns()
-      if (present(matrices)) call matrices%bring_back(all_three, error)
-      if (allocated(error)) return
-      ! The pattern includes that of M, so that one symbolic analysis serves K and K - s M.
-      a = linear_combination(1.0_wp, matrix, 0.0_wp, problem%mass)
-      if (present(matrices)) call matrices%put_away(all_three)
-      structure = saddle_structure(problem)
-      if (.not. problem%symmetric) structure%symmetric = a%is_symmetric()
-      space%symmetric = structure%symmetric
-      constraints = problem%constraints
-      call find_scalings(a, constraints, scaling, constraint_scaling)
-      call a%scale_entries(scaling, scaling)
-      call constraints%scale_entries(spread(1.0_wp, 1, problem%multipliers()), scaling)
-      space%row_scaling = [scaling, constraint_scaling]
-      space%column_scaling = [scaling, constraint_scaling]
-      if (constraints%rows > 0) then
-         space%matrix = bordered(a, constraints, constraint_scaling)
-      else
-         space%matrix%rows = a%rows
-         space%matrix%columns = a%columns
-         call move_alloc(a%row_start, space%matrix%row_start)
-         call move_alloc(a%column, space%matrix%column)
-         call move_alloc(a%value, space%matrix%value)
-      end if
-   end subroutine scale_matrix
-
-   ! Factors the scaled matrix plus E.
-   subroutine factor_perturbed(space, problem, matrix, solver, attempt, error, matrices)
-      type(null_space_type), intent(out) :: space
-      type(modal_problem_type), intent(in) :: problem
-      type(csr_matrix_type), intent(in) :: matrix
-      class(real_linear_solver_type), allocatable, intent(inout) :: solver
-      !> From 0: each attempt has a larger E, and another random one.
-      integer, intent(in) :: attempt
-      type(error_type), allocatable, intent(out) :: error
-      type(row_problem_type), optional, intent(inout) :: matrices
-      type(csr_matrix_type) :: e
-      type(matrix_structure_type) :: structure
-      integer :: n, m
-
-      n = problem%unknowns()
-      m = problem%multipliers()
-      call move_alloc(solver, space%solver)
-      call scale_matrix(space, problem, matrix, structure, error, matrices)
-      if (allocated(error)) return
-      if (.not. structure%symmetric) call equilibrate(space%matrix, space%row_scaling, space%column_scaling)
-      space%delta = 3.0_wp**attempt*max(above_rounding*space%solver%accuracy, visible_pivot)
-      if (structure%symmetric) then
-         e = identity_csr_matrix(n)
-      else
-         e = random_on_pattern(problem, attempt + 1)
-      end if
-      e%value = space%delta*e%value
-      space%added = bordered(e, empty_csr_matrix(m, n), spread(1.0_wp, 1, m), spread(-space%delta, 1, m))
-      call space%solver%factorize(linear_combination(1.0_wp, space%matrix, 1.0_wp, space%added), structure, error)
-   end subroutine factor_perturbed
 
    !> Returns the null vectors of the transposed matrix: the same if A is symmetric.
    subroutine left_motions(self, left)
@@ -477,8 +448,7 @@ contains
 
       allocate (residual, source=f)
       residual = residual - space%matrix%product(x, transposed)
-      if (present(null_vectors) .and. space%symmetric .and. &
-         (space%matrix%rows == space%unknowns .or. .not. allocated(space%added%value))) &
+      if (present(null_vectors) .and. space%symmetric .and. .not. (space%perturbed .and. space%matrix%rows > space%unknowns)) &
          call subtract(null_vectors, null_vectors, residual)
       call solve(space, transposed, residual, error)
       if (.not. allocated(error)) x = x + residual
