@@ -60,44 +60,42 @@ contains
       complex(wp) :: m, r, s
       ! An orthonormal basis of the rigid motions.
       real(wp), allocatable :: motions(:, :)
-      real(wp) :: m_terms, r_terms, k_terms, smallest, largest
+      real(wp) :: m_terms, r_terms, k_terms, smallest, largest, sizes(k)
       ! Whether the rigid motions are left null vectors of the stiffness, too.
       logical :: stiffness_is_symmetric
-      logical :: is_pending(k)
       integer :: i, j
 
       repeats = .false.
       if (min(rigid, k) == 0) return
       ! None is small relative to the others.
-      if (minval(abs(pairs%lambda(:k))) > nearly_zero*max(reference, maxval(abs(pairs%lambda(:k))))) return
+      sizes = abs(pairs%lambda(:k))
+      largest = nearly_zero*max(reference, maxval(sizes))
+      if (minval(sizes) > largest) return
       zeros = pack([(i, i=k + 1, k + rigid)], .not. abs(pairs%lambda(k + 1:k + rigid)) > 0)
       allocate (motions(pairs%rows(), size(zeros)))
       do i = 1, size(zeros)
          motions(:, i) = real(pairs%column(zeros(i)), wp)
       end do
       call orthonormalize(motions(:, :0), size(motions, 1), motions)
-      ! Tests shapes in the order of increasing eigenvalues, and stops above the largest that may be a zero, as shapes cost more.
-      is_pending = .true.
-      smallest = huge(1.0_wp)
-      do i = 1, k
-         j = minloc(abs(pairs%lambda(:k)), 1, is_pending)
-         is_pending(j) = .false.
-         if (smallest < huge(1.0_wp) .and. abs(pairs%lambda(j)) > nearly_zero*max(reference, smallest)) exit
+      do j = 1, k
+         if (sizes(j) > max(largest, zero_noise)) cycle
          shape = pairs%column(j)
          repeats(j) = norm2(abs(shape - matmul(motions, matmul(shape, motions)))) <= same_shape*norm2(abs(shape))
-         if (.not. repeats(j)) smallest = min(smallest, abs(pairs%lambda(j)))
       end do
-      stiffness_is_symmetric = problem%stiffness%is_symmetric()
-      if (allocated(problem%loss)) stiffness_is_symmetric = stiffness_is_symmetric .and. problem%loss%is_symmetric()
+      ! A zero is small relative to the smallest of the others.
+      smallest = minval(sizes, .not. repeats)
       largest = reference
       if (smallest < huge(1.0_wp)) largest = max(reference, smallest)
-      do j = 1, size(repeats)
-         if (.not. repeats(j) .or. abs(pairs%lambda(j)) < zero_noise) cycle
+      repeats = repeats .and. (sizes < smallest .or. sizes <= nearly_zero*largest)
+      stiffness_is_symmetric = problem%stiffness%is_symmetric()
+      if (allocated(problem%loss)) stiffness_is_symmetric = stiffness_is_symmetric .and. problem%loss%is_symmetric()
+      do j = 1, k
+         if (.not. repeats(j) .or. sizes(j) < zero_noise) cycle
          shape = pairs%column(j)
          call quadratic_form(problem%mass, shape, m, m_terms)
          call quadratic_form(problem%damping, shape, r, r_terms)
          call quadratic_form(problem%stiffness, shape, s, k_terms)
-         repeats(j) = abs(pairs%lambda(j)) <= nearly_zero*largest .and. (abs(r) <= rounding_of_row*r_terms .or. &
+         repeats(j) = sizes(j) <= nearly_zero*largest .and. (abs(r) <= rounding_of_row*r_terms .or. &
             abs(pairs%lambda(j)**2)*m_terms <= rounding_of_sums*k_terms .or. &
             abs(pairs%lambda(j)*m) < 2*abs(pairs%lambda(j)*m + r))
          if (repeats(j)) repeats(j) = .not. is_eigenpair(j)

@@ -63,11 +63,11 @@ contains
                   if (problem%symmetric) call move_to_root(products%forms(:, l), pairs%lambda(j))
                   if (problem%damping_kind == damping_none .and. .not. allocated(problem%loss)) &
                      call move_eigenvalue(problem, pairs, j, nearer_axis(pairs%lambda(j)), blurred_value)
-               else if (problem%symmetric .and. is_rigid_decay(products, l, pairs%lambda(j))) then
+               else if (problem%symmetric .and. is_rigid_decay(l, pairs%lambda(j))) then
                   ! Its stiffness is rounding, and left out of the functional.
                   call move_to_root([products%forms(:2, l), cmplx(0, kind=xp)], pairs%lambda(j))
                end if
-               call move_to_real_axis(problem, transposed, pairs, j, on_axis, products_on_axis, moved)
+               call move_to_real_axis(j)
             end if
             if (pairs%paired(j) .and. .not. abs(aimag(pairs%lambda(j))) > 0) then
                double_real = [double_real, j]
@@ -83,52 +83,86 @@ contains
             if (.not. bounds(j) >= 0) uncertainty(j) = least_bound(products, l, pairs%lambda(j), errors(j), norms)
          end do
       end do
-      if (size(double_real) > 0) call append_copies(problem, double_real, copies, pairs, errors, bounds)
+      if (size(double_real) > 0) call append_copies()
       uncertainty = [uncertainty, uncertainty(double_real)]
+
+   contains
+
+      ! Whether pair l is the decay of a rigid motion: lambda M phi = -R phi to rounding, without stiffness and constraints.
+      pure logical function is_rigid_decay(l, lambda)
+         integer, intent(in) :: l
+         complex(wp), intent(in) :: lambda
+
+         associate (part => products%parts*(l - 1) + 1)
+            associate (damping => products%damping(:, part), mass => products%mass(:, part))
+               is_rigid_decay = abs(lambda) > 0 .and. &
+                  maxval(abs(real(lambda, wp)*mass + damping)) <= dependent*maxval(abs(damping))
+            end associate
+         end associate
+      end function is_rigid_decay
+
+      ! Moves the eigenvalue of pair j to the real axis if it is near, and if the real part of the shape, rotated to be as real as
+      ! possible, has a residual there that is no larger than rounding allows. With losses the shape stays as it is.
+      subroutine move_to_real_axis(j)
+         integer, intent(in) :: j
+         real(wp) :: limit
+         real(xp) :: forms(3), terms
+
+         associate (lambda => pairs%lambda(j))
+            if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > blurred_value*abs(lambda)) return
+            if (allocated(problem%loss)) then
+               ! Losses take eigenvalues off the axis, and shapes of real ones need not be real.
+               call move_eigenvalue(problem, pairs, j, cmplx(real(lambda, wp), 0, wp), real_tolerance)
+               return
+            end if
+            on_axis = part_on_axis(pairs, j, imaginary=.false.)
+            if (.not. norm2(on_axis%real_phi) > 0) return
+            call multiply_pairs(problem, transposed, on_axis, 1, 1, problem%symmetric, products_on_axis)
+            limit = residual_of(problem, pairs, j)
+            if (problem%symmetric .and. pairs%paired(j)) then
+               ! The real shape u must give u^T P(lambda) u real roots, or a double one to rounding.
+               forms = real(products_on_axis%forms(:, 1), xp)
+               terms = forms(2)**2 + 4*abs(forms(1)*forms(3))
+               if (.not. (forms(2)**2 - 4*forms(1)*forms(3) >= -rounding_of_row*terms)) return
+               limit = allowed_residual(sqrt(limit))
+            else if (.not. pairs%paired(j) .and. abs(aimag(lambda)) <= real_tolerance*abs(lambda)) then
+               limit = max(real_tolerance, allowed_residual(limit))
+            else if (pairs%paired(j)) then
+               ! A pair counts as two eigenvalues either way: an inaccurate one is left for polishing to decide.
+               limit = allowed_residual(min(limit, cancelled))
+            else
+               limit = allowed_residual(limit)
+            end if
+            moved = residual_of(problem, on_axis, 1) <= limit
+            if (moved) lambda = on_axis%lambda(1)
+         end associate
+      end subroutine move_to_real_axis
+
+      ! Appends the second copies of double real eigenvalues. Their shapes are the imaginary parts of the first ones or, if these
+      ! are no eigenvectors, as of a defective eigenvalue, the first shapes again.
+      subroutine append_copies()
+         real(wp) :: copy_errors(size(double_real))
+         integer :: i
+
+         copy_errors = huge(1.0_wp)
+         ! A real shape has no imaginary part.
+         if (.not. pairs%is_real()) then
+            copy_errors = backward_errors(problem, copies)
+            where (residual_parts(problem, copies, copy_errors < 1) > spurious) copy_errors = 1
+         end if
+         do i = 1, size(double_real)
+            associate (j => double_real(i))
+               if (copy_errors(i) <= max(100*errors(j), accepted_backward_error)) cycle
+               ! The imaginary part is no eigenvector: repeats the first shape.
+               copy_errors(i) = errors(j)
+               call replace_pair(copies, i, pairs, j)
+            end associate
+         end do
+         errors = [errors, copy_errors]
+         bounds = [bounds, bounds(double_real)]
+         call append_pairs(pairs, copies)
+      end subroutine append_copies
    end subroutine correct_eigenvalues
-
-   ! Whether pair l is the decay of a rigid motion: lambda M phi = -R phi to rounding, without stiffness and constraints.
-   pure logical function is_rigid_decay(products, l, lambda)
-      type(products_type), intent(in) :: products
-      integer, intent(in) :: l
-      complex(wp), intent(in) :: lambda
-
-      associate (part => products%parts*(l - 1) + 1)
-         associate (damping => products%damping(:, part), mass => products%mass(:, part))
-            is_rigid_decay = abs(lambda) > 0 .and. &
-               maxval(abs(real(lambda, wp)*mass + damping)) <= dependent*maxval(abs(damping))
-         end associate
-      end associate
-   end function is_rigid_decay
-
-   ! Appends the second copies of double real eigenvalues. Their shapes are the imaginary parts of the first ones or, if these are
-   ! no eigenvectors, as of a defective eigenvalue, the first shapes again.
-   subroutine append_copies(problem, double_real, copies, pairs, errors, bounds)
-      type(modal_problem_type), intent(in) :: problem
-      integer, intent(in) :: double_real(:)
-      type(eigenpairs_type), intent(inout) :: copies, pairs
-      real(wp), allocatable, intent(inout) :: errors(:), bounds(:)
-      real(wp) :: copy_errors(size(double_real))
-      integer :: i
-
-      copy_errors = huge(1.0_wp)
-      ! A real shape has no imaginary part.
-      if (.not. pairs%is_real()) then
-         copy_errors = backward_errors(problem, copies)
-         where (residual_parts(problem, copies, copy_errors < 1) > spurious) copy_errors = 1
-      end if
-      do i = 1, size(double_real)
-         associate (j => double_real(i))
-            if (copy_errors(i) <= max(100*errors(j), accepted_backward_error)) cycle
-            ! The imaginary part is no eigenvector: repeats the first shape.
-            copy_errors(i) = errors(j)
-            call replace_pair(copies, i, pairs, j)
-         end associate
-      end do
-      errors = [errors, copy_errors]
-      bounds = [bounds, bounds(double_real)]
-      call append_pairs(pairs, copies)
-   end subroutine append_copies
 
    ! Moves lambda to the nearest root of forms(1) lambda^2 + forms(2) lambda + forms(3), if that is a relative change of at most
    ! `correctable`.
@@ -176,53 +210,6 @@ contains
       if (residual_of(problem, moved, 1) <= max(cancelled, allowed_residual(residual_of(problem, pairs, j)))) &
          pairs%lambda(j) = lambda
    end subroutine move_eigenvalue
-
-   ! Moves the eigenvalue of pair j to the real axis if it is near, and if the real part of the shape, rotated to be as real as
-   ! possible, has a residual there that is no larger than rounding allows. With losses the shape stays as it is.
-   subroutine move_to_real_axis(problem, transposed, pairs, j, on_axis, products, moved)
-      type(modal_problem_type), intent(in) :: problem
-      !> Cq^T.
-      type(csr_matrix_type), intent(in) :: transposed
-      type(eigenpairs_type), intent(inout) :: pairs
-      integer, intent(in) :: j
-      !> The real pair, and its products.
-      type(eigenpairs_type), intent(inout) :: on_axis
-      type(products_type), intent(inout) :: products
-      !> Whether that takes the place of pair j, whose eigenvalue is moved.
-      logical, intent(out) :: moved
-      real(wp) :: limit
-      real(xp) :: forms(3), terms
-
-      moved = .false.
-      associate (lambda => pairs%lambda(j))
-         if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > blurred_value*abs(lambda)) return
-         if (allocated(problem%loss)) then
-            ! Losses take eigenvalues off the axis, and shapes of real ones need not be real.
-            call move_eigenvalue(problem, pairs, j, cmplx(real(lambda, wp), 0, wp), real_tolerance)
-            return
-         end if
-         on_axis = part_on_axis(pairs, j, imaginary=.false.)
-         if (.not. norm2(on_axis%real_phi) > 0) return
-         call multiply_pairs(problem, transposed, on_axis, 1, 1, problem%symmetric, products)
-         limit = residual_of(problem, pairs, j)
-         if (problem%symmetric .and. pairs%paired(j)) then
-            ! The real shape u must give u^T P(lambda) u real roots, or a double one to rounding.
-            forms = real(products%forms(:, 1), xp)
-            terms = forms(2)**2 + 4*abs(forms(1)*forms(3))
-            if (.not. (forms(2)**2 - 4*forms(1)*forms(3) >= -rounding_of_row*terms)) return
-            limit = allowed_residual(sqrt(limit))
-         else if (.not. pairs%paired(j) .and. abs(aimag(lambda)) <= real_tolerance*abs(lambda)) then
-            limit = max(real_tolerance, allowed_residual(limit))
-         else if (pairs%paired(j)) then
-            ! A pair counts as two eigenvalues either way: an inaccurate one is left for polishing to decide.
-            limit = allowed_residual(min(limit, cancelled))
-         else
-            limit = allowed_residual(limit)
-         end if
-         moved = residual_of(problem, on_axis, 1) <= limit
-         if (moved) lambda = on_axis%lambda(1)
-      end associate
-   end subroutine move_to_real_axis
 
    ! Pair j on the real axis: the real or the imaginary part, of unit norm, of its shape rotated to be as real as possible.
    function part_on_axis(pairs, j, imaginary) result(pair)

@@ -260,26 +260,20 @@ contains
       !> 2 n x p, orthonormal.
       complex(wp), allocatable, intent(out) :: states(:, :)
       type(error_type), allocatable, intent(out) :: error
-      complex(wp) :: state(2*members%rows())
-      integer :: j, k, n, p
+      integer, allocatable :: oscillating(:)
+      integer :: j, n, p
 
       n = members%rows()
       p = cluster%count_eigenvalues(members%lambda)
       call require_memory(16.0_wp*(p + n_random)*(9*n + 2*size(members%xi, 1)), "mode shapes", error)
       if (allocated(error)) return
-      allocate (states(2*n, p))
-      k = 0
-      do j = 1, size(members%lambda)
-         k = k + 1
-         state(:n) = members%column(j)
-         state(n + 1:) = members%lambda(j)/unit*state(:n)
-         states(:, k) = state
-         if (.not. cluster%on_axis) cycle
-         states(:, k) = real(state, wp)
-         if (.not. abs(aimag(members%lambda(j))) > 0) cycle
-         k = k + 1
-         states(:, k) = aimag(state)
-      end do
+      allocate (states(2*n, size(members%lambda)))
+      states(:n, :) = members%phi
+      states(n + 1:, :) = spread(members%lambda/unit, 1, n)*members%phi
+      if (cluster%on_axis) then
+         oscillating = pack([(j, j=1, size(members%lambda))], abs(aimag(members%lambda)) > 0)
+         states = cmplx(reshape([real(states, wp), aimag(states(:, oscillating))], [2*n, p]), kind=wp)
+      end if
       call add_random(n_random, random_state, states)
       call make_orthonormal(states)
    end subroutine begin_states
@@ -289,18 +283,13 @@ contains
       integer, intent(in) :: n_random
       integer(long), intent(inout) :: random_state
       complex(wp), allocatable, intent(inout) :: states(:, :)
-      complex(wp), allocatable :: more(:, :)
-      real(wp) :: random(size(states, 1))
-      integer :: k, p
+      real(wp) :: random(size(states, 1), n_random)
+      integer :: k
 
-      p = size(states, 2)
-      allocate (more(size(states, 1), p + n_random))
-      more(:, :p) = states
-      do k = p + 1, p + n_random
-         call random_vector(random_state, random)
-         more(:, k) = random
+      do k = 1, n_random
+         call random_vector(random_state, random(:, k))
       end do
-      call move_alloc(more, states)
+      states = reshape([states, cmplx(random, kind=wp)], [size(states, 1), size(states, 2) + n_random])
    end subroutine add_random
 
    ! Orthonormalizes states, and drops those that depend on others.

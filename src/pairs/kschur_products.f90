@@ -87,117 +87,80 @@ contains
       call allocate_products(products, n, merge(1, 2, pairs%is_real()))
       !$omp parallel do schedule(static) if (n > panel_rows)
       do i = 1, n, block_rows
-         call multiply_rows(problem, transposed, i, min(i + block_rows - 1, n), before, phi, xi, extended, products)
+         call multiply_rows(i, min(i + block_rows - 1, n))
       end do
       !$omp end parallel do
-      call set_norms_and_forms(problem, phi, xi, last - first + 1, extended, products)
-   end subroutine multiply_pairs
+      call multiply_constraints(problem%constraints, phi, xi, products%parts, last - first + 1, products%constraints)
+      call set_norms_and_forms(last - first + 1)
 
-   ! Computes rows first..last of the products, of those here.
-   subroutine multiply_rows(problem, transposed, first, last, before, phi, xi, extended, products)
-      type(modal_problem_type), intent(in) :: problem
-      type(csr_matrix_type), intent(in) :: transposed
-      integer, intent(in) :: first, last, before
-      real(wp), contiguous, intent(in) :: phi(:, :), xi(:, :, :)
-      logical, intent(in) :: extended
-      type(products_type), intent(inout) :: products
-      real(wp), dimension(lanes, block_rows) :: mass, damping, stiffness, static_forces, imaginary
-      real(xp) :: sums(lanes, block_rows)
-      integer :: k, l
+   contains
 
-      k = last - first + 1
-      call multiply(problem%mass, first, last, phi, mass)
-      if (extended) then
-         sums = 0
-         call add_extended(problem%stiffness, first, last, phi, sums)
-         stiffness = real(sums, wp)
-         call add_extended(transposed, first, last, xi(:, :, 1), sums)
-         static_forces = real(sums, wp)
-      else
-         call multiply(problem%stiffness, first, last, phi, stiffness)
-         call multiply(transposed, first, last, xi(:, :, 1), static_forces)
-         static_forces(:, :k) = stiffness(:, :k) + static_forces(:, :k)
-      end if
-      if (extended .and. problem%damping_kind == damping_general) then
-         sums = 0
-         call add_extended(problem%damping, first, last, phi, sums)
-         damping = real(sums, wp)
-      else if (extended .or. problem%damping_kind == damping_none) then
-         ! R = alpha M + beta K, to rounding.
-         damping(:, :k) = problem%alpha*mass(:, :k) + problem%beta*stiffness(:, :k)
-      else
-         ! A residual is to show that rounding.
-         call multiply(problem%damping, first, last, phi, damping)
-      end if
-      do l = 1, lanes
-         products%phi(first:last, l) = phi(l, before + first:before + last)
-         products%mass(first:last, l) = mass(l, :k)
-         products%damping(first:last, l) = damping(l, :k)
-         if (products%parts == 2) products%static_forces(first:last, l) = static_forces(l, :k)
-      end do
-      if (products%parts == 1) then
-         call multiply(transposed, first, last, xi(:, :, 2), imaginary)
+      ! Computes some rows of the products, of those here.
+      subroutine multiply_rows(from, to)
+         integer, intent(in) :: from, to
+         real(wp), dimension(lanes, block_rows) :: mass, damping, stiffness, static_forces
+         real(xp) :: forces(lanes, block_rows)
+         integer :: k, l, turned
+
+         k = to - from + 1
+         mass = real(row_products(problem%mass, from, to, phi, .false.), wp)
+         forces = row_products(problem%stiffness, from, to, phi, extended)
+         stiffness = real(forces, wp)
+         static_forces = real(forces + row_products(transposed, from, to, xi(:, :, 1), extended), wp)
+         if (problem%damping_kind == damping_none .or. (extended .and. problem%damping_kind /= damping_general)) then
+            ! R = alpha M + beta K, to rounding.
+            damping = problem%alpha*mass + problem%beta*stiffness
+         else
+            ! A residual is to show that rounding.
+            damping = real(row_products(problem%damping, from, to, phi, extended), wp)
+         end if
          do l = 1, lanes
-            products%static_forces(first:last, 2*l - 1) = static_forces(l, :k)
-            products%static_forces(first:last, 2*l) = imaginary(l, :k)
+            products%phi(from:to, l) = phi(l, before + from:before + to)
+            products%mass(from:to, l) = mass(l, :k)
+            products%damping(from:to, l) = damping(l, :k)
+            products%static_forces(from:to, merge(l, 2*l - 1, products%parts == 2)) = static_forces(l, :k)
          end do
-      end if
-      if (allocated(problem%loss)) call add_loss(problem%loss, first, last, phi, extended, products%static_forces)
-   end subroutine multiply_rows
+         if (products%parts == 1) then
+            static_forces = real(row_products(transposed, from, to, xi(:, :, 2), .false.), wp)
+            do l = 1, lanes
+               products%static_forces(from:to, 2*l) = static_forces(l, :k)
+            end do
+         end if
+         if (.not. allocated(problem%loss)) return
+         ! i H phi: the real part of phi gives imaginary forces, the imaginary part negative real ones.
+         forces = row_products(problem%loss, from, to, phi, extended)
+         do l = 1, lanes
+            turned = merge(2*l, l - (-1)**l, products%parts == 1)
+            products%static_forces(from:to, turned) = products%static_forces(from:to, turned) &
+               - sign(1, l - turned)*real(forces(l, :k), wp)
+         end do
+      end subroutine multiply_rows
 
-   ! Adds i H phi to the static forces: the real part of phi gives imaginary forces, the imaginary part negative real ones.
-   subroutine add_loss(loss, first, last, phi, extended, static_forces)
-      type(csr_matrix_type), intent(in) :: loss
-      integer, intent(in) :: first, last
-      real(wp), contiguous, intent(in) :: phi(:, :)
-      logical, intent(in) :: extended
-      real(wp), intent(inout) :: static_forces(:, :)
-      real(wp) :: forces(lanes, block_rows)
-      real(xp) :: sums(lanes, block_rows)
-      integer :: l, to
+      ! Computes norms and forms of each pair from its products.
+      subroutine set_norms_and_forms(pairs)
+         integer, intent(in) :: pairs
+         complex(xp) :: forms(3)
+         ! The square of the norm, and the parts of the forms.
+         real(xp) :: sums(7, pairs)
+         integer :: l
 
-      if (extended) then
          sums = 0
-         call add_extended(loss, first, last, phi, sums)
-         forces = real(sums, wp)
-      else
-         call multiply(loss, first, last, phi, forces)
-      end if
-      do l = 1, lanes
-         to = merge(2*l, l - (-1)**l, size(static_forces, 2) > lanes)
-         static_forces(first:last, to) = static_forces(first:last, to) - sign(1, l - to)*forces(l, :last - first + 1)
-      end do
-   end subroutine add_loss
-
-   ! Computes norms, constraint products and forms of each pair from its products.
-   subroutine set_norms_and_forms(problem, phi, xi, pairs, extended, products)
-      type(modal_problem_type), intent(in) :: problem
-      real(wp), contiguous, intent(in) :: phi(:, :), xi(:, :, :)
-      integer, intent(in) :: pairs
-      logical, intent(in) :: extended
-      type(products_type), intent(inout) :: products
-      complex(xp) :: forms(3)
-      ! The square of the norm, and the parts of the forms.
-      real(xp) :: sums(7, pairs)
-      integer :: l
-
-      associate (parts => products%parts)
-         call multiply_constraints(problem%constraints, phi, xi, parts, pairs, products%constraints)
-         sums = 0
-         !$omp parallel do schedule(static) private(forms) if (problem%unknowns() > panel_rows)
+         !$omp parallel do schedule(static) private(forms) if (n > panel_rows)
          do l = 1, pairs
-            sums(1, l) = sum(real(products%phi(:, parts*(l - 1) + 1:parts*l), xp)**2)
+            associate (parts => products%parts)
+               sums(1, l) = sum(real(products%phi(:, parts*(l - 1) + 1:parts*l), xp)**2)
+            end associate
             if (.not. problem%symmetric) cycle
             forms = forms_of(products, l, extended)
             sums(2:4, l) = real(forms, xp)
             sums(5:7, l) = aimag(forms)
          end do
          !$omp end parallel do
-      end associate
-      call products%sums%add_up(sums)
-      products%length = real(sqrt(sums(1, :)), wp)
-      products%forms = cmplx(sums(2:4, :), sums(5:7, :), xp)
-   end subroutine set_norms_and_forms
+         call products%sums%add_up(sums)
+         products%length = real(sqrt(sums(1, :)), wp)
+         products%forms = cmplx(sums(2:4, :), sums(5:7, :), xp)
+      end subroutine set_norms_and_forms
+   end subroutine multiply_pairs
 
    ! Allocates the products for shapes of one or two parts, unless they are already.
    pure subroutine allocate_products(products, n, parts)
@@ -248,42 +211,35 @@ contains
       !$omp end parallel do
    end subroutine pack_parts
 
-   ! Multiplies rows first..last of a matrix with packed columns x.
-   pure subroutine multiply(matrix, first, last, x, product)
+   ! Multiplies some rows of a matrix with packed columns x.
+   pure function row_products(matrix, from, to, x, extended) result(products)
       type(csr_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: first, last
+      integer, intent(in) :: from, to
       real(wp), intent(in) :: x(lanes, matrix%columns)
-      real(wp), intent(out) :: product(lanes, block_rows)
-      real(wp) :: sums(lanes)
+      !> Whether to sum in extended precision.
+      logical, intent(in) :: extended
+      real(xp) :: products(lanes, block_rows), entry, sums(lanes)
+      real(wp) :: rounded(lanes)
       integer :: i, k
 
-      do i = first, last
-         sums = 0
-         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            sums = sums + matrix%value(k)*x(:, matrix%column(k))
-         end do
-         product(:, i - first + 1) = sums
+      do i = from, to
+         if (extended) then
+            sums = 0
+            do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+               entry = matrix%value(k)
+               sums = sums + entry*x(:, matrix%column(k))
+            end do
+            products(:, i - from + 1) = sums
+         else
+            rounded = 0
+            do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+               rounded = rounded + matrix%value(k)*x(:, matrix%column(k))
+            end do
+            products(:, i - from + 1) = rounded
+         end if
       end do
-   end subroutine multiply
-
-   ! Adds the product of rows first..last of a matrix with packed columns x, in extended precision.
-   pure subroutine add_extended(matrix, first, last, x, sums)
-      type(csr_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: first, last
-      real(wp), intent(in) :: x(lanes, matrix%columns)
-      real(xp), intent(inout) :: sums(lanes, block_rows)
-      real(xp) :: entry, row(lanes)
-      integer :: i, k
-
-      do i = first, last
-         row = sums(:, i - first + 1)
-         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            entry = matrix%value(k)
-            row = row + entry*x(:, matrix%column(k))
-         end do
-         sums(:, i - first + 1) = row
-      end do
-   end subroutine add_extended
+      products(:, to - from + 2:) = 0
+   end function row_products
 
    ! The coefficients of Rayleigh's functional of pair l; the last one is 0 unless forces were summed in extended precision.
    pure function forms_of(products, l, extended) result(forms)
@@ -332,33 +288,30 @@ contains
       allocate (squares((n + panel_rows - 1)/panel_rows))
       !$omp parallel do schedule(static) if (n > panel_rows)
       do i = 1, size(squares)
-         squares(i) = square_of_combination(self, l, weights, static_weight, (i - 1)*panel_rows + 1, min(i*panel_rows, n))
+         squares(i) = square_of_rows((i - 1)*panel_rows + 1, min(i*panel_rows, n))
       end do
       !$omp end parallel do
       total = sum(squares)
       call self%sums%add_up(total)
       norm = real(sqrt(total(1, 1)), wp)
+
+   contains
+
+      ! The sum of squares of rows from..to.
+      pure real(xp) function square_of_rows(from, to) result(square)
+         integer, intent(in) :: from, to
+         real(wp) :: forces(to - from + 1, 2)
+         integer :: part
+
+         forces = static_weight*self%static_forces(from:to, 2*l - 1:2*l)
+         do part = 1, self%parts
+            associate (m => self%mass(from:to, self%parts*(l - 1) + part), r => self%damping(from:to, self%parts*(l - 1) + part), &
+               turned => weights*merge((1.0_wp, 0.0_wp), (0.0_wp, 1.0_wp), part == 1))
+               forces(:, 1) = forces(:, 1) + real(turned(1), wp)*m + real(turned(2), wp)*r
+               forces(:, 2) = forces(:, 2) + aimag(turned(1))*m + aimag(turned(2))*r
+            end associate
+         end do
+         square = sum(real(forces, xp)**2)
+      end function square_of_rows
    end function norm_of_forces
-
-   ! The sum of squares of rows first..last of the combination in `norm_of_forces`.
-   pure real(xp) function square_of_combination(self, l, weights, static_weight, first, last) result(square)
-      type(products_type), intent(in) :: self
-      integer, intent(in) :: l, first, last
-      complex(wp), intent(in) :: weights(2)
-      real(wp), intent(in) :: static_weight
-      real(wp) :: sums(last - first + 1, 2)
-
-      associate (m => self%mass(first:last, self%parts*(l - 1) + 1), r => self%damping(first:last, self%parts*(l - 1) + 1), &
-         f => self%static_forces(first:last, 2*l - 1:2*l))
-         sums(:, 1) = real(weights(1), wp)*m + real(weights(2), wp)*r + static_weight*f(:, 1)
-         sums(:, 2) = aimag(weights(1))*m + aimag(weights(2))*r + static_weight*f(:, 2)
-      end associate
-      if (self%parts == 2) then
-         associate (m => self%mass(first:last, 2*l), r => self%damping(first:last, 2*l))
-            sums(:, 1) = sums(:, 1) - aimag(weights(1))*m - aimag(weights(2))*r
-            sums(:, 2) = sums(:, 2) + real(weights(1), wp)*m + real(weights(2), wp)*r
-         end associate
-      end if
-      square = sum(real(sums, xp)**2)
-   end function square_of_combination
 end module kschur_products

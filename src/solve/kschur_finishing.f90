@@ -152,13 +152,13 @@ contains
       allocate (found%paired(0))
       do i = 1, size(clusters)
          if (s%is_stopped()) exit
-         call polish_cluster(s, modes, clusters(i), judgement, polisher, found, replaced, error)
+         call polish_cluster(clusters(i))
          if (allocated(error)) return
          if (refines .or. .not. any(judgement%not_found(clusters(i)%members))) cycle
          ! Within the error bounds of doubtful members the matrix may be singular to rounding: once more from outside.
          outer = clusters(i)
          outer%disc = min(maxval(judgement%uncertainty(outer%members)), part_of_radius*outer%radius)
-         call polish_cluster(s, modes, outer, judgement, polisher, found, replaced, error)
+         call polish_cluster(outer)
          if (allocated(error)) return
       end do
       call s%effort%add_solves(polisher%solver)
@@ -173,6 +173,70 @@ contains
       call modes%append(new_modes)
       judgement%not_found = [judgement%not_found, spread(.false., 1, size(new_modes%lambda))]
       judgement%doubtful = [judgement%doubtful, spread(.false., 1, size(new_modes%lambda))]
+
+   contains
+
+      ! Factors the problem beside one cluster, polishes it, and accepts the pairs found there or leaves the members as they were.
+      ! A singular matrix, no convergence or a cancellation leaves them, too.
+      subroutine polish_cluster(cluster)
+         type(cluster_type), intent(in) :: cluster
+         ! Random vectors beside one or several members, for copies not yet found.
+         integer, parameter :: guards(2) = [2, 4]
+         type(polished_type) :: polished
+         type(eigenpairs_type) :: members
+         complex(wp) :: shift
+         complex(wp), allocatable :: certain(:)
+         integer :: guard_vectors, number_before, i
+         logical :: accepted
+
+         members = chosen_pairs(modes, [(any(cluster%members == i), i=1, size(modes%lambda))])
+         number_before = cluster%count_eigenvalues(members%lambda)
+         call members%make_complex()
+         call polisher%factor_beside(s%work, cluster, shift, error)
+         if (.not. allocated(error)) then
+            call s%effort%add_factors(polisher%solver, for_refinement)
+            guard_vectors = guards(min(size(cluster%members), 2))
+            ! The count by inertia shows missing copies in the symmetric forms.
+            if (refines .or. (modes%is_real() .and. size(cluster%members) == 1)) guard_vectors = 0
+            call polisher%polish(s%work, cluster, shift, members, maxval(judgement%errors(cluster%members)), guard_vectors, &
+               polished, error)
+         end if
+         if (allocated(error)) then
+            if (any(error%code == [error_singular, error_convergence, error_cancelled])) deallocate (error)
+            return
+         end if
+         associate (lost => judgement%not_found(cluster%members), doubtful => judgement%doubtful(cluster%members), &
+            worst_before => maxval(judgement%errors(cluster%members)))
+            if (refines) then
+               ! They are no more than the members, and no fewer than those of them that were not lost before.
+               certain = pack(members%lambda, .not. lost)
+               accepted = polished%complete .and. polished%residual <= known_well .and. polished%eigenvalues <= number_before &
+                  .and. polished%eigenvalues >= cluster%count_eigenvalues(certain) &
+                  .and. size(polished%pairs%lambda) >= size(certain)
+            else
+               ! They are as many as the members that are certain, that is independent and not in doubt (all, if a certificate
+               ! counts them), and all Ritz values in the cluster are accurate; or they are as many as the members, and accurate
+               ! enough or more accurate.
+               certain = pack(members%lambda, is_counted(s) .or. &
+                  (independent_parts(modes, cluster%members) > dependent_state .and. .not. doubtful))
+               accepted = (polished%complete .and. polished%eigenvalues >= cluster%count_eigenvalues(certain)) .or. &
+                  (polished%eigenvalues >= number_before .and. &
+                  (polished%worst() <= polisher%tolerance .or. polished%worst() < worst_before))
+            end if
+         end associate
+         if (accepted) then
+            replaced(cluster%members) = .true.
+            if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
+            ! Two clusters of inaccurate eigenvalues may be the same: both find the same pairs then.
+            call drop_dependent(polished%pairs, found)
+            call append_pairs(found, polished%pairs)
+         else if (polished%eigenvalues == 0) then
+            judgement%not_found(cluster%members) = judgement%doubtful(cluster%members) .or. &
+               judgement%errors(cluster%members) > inaccurate_above
+         else if (polished%eigenvalues >= number_before) then
+            judgement%not_found(cluster%members) = .false.
+         end if
+      end subroutine polish_cluster
    end subroutine polish_clusters
 
    ! Whether all eigenvalues were computed densely, and a certificate confirms their number.
@@ -197,6 +261,8 @@ contains
       type(modes_type), intent(in) :: modes
       type(judgement_type), intent(out) :: judgement
       type(error_type), allocatable, intent(out) :: error
+      type(eigenpairs_type) :: given
+      real(wp), allocatable :: errors(:), bounds(:)
       logical, allocatable :: candidates(:)
       logical :: by_terms
 
@@ -215,20 +281,8 @@ contains
       allocate (judgement%poor, source=candidates .and. (judgement%errors > s%options%good_enough() .or. aimag(modes%lambda) < 0))
       allocate (judgement%doubtful, source=candidates .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda))
       if (.not. any(judgement%doubtful)) return
-      call bound_in_given_units(s, modes, judgement, error)
-      if (allocated(error)) return
-      judgement%doubtful = unpack(may_be_infinite(s%work, chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
-   end subroutine judge
-
-   ! Reduces error bounds of doubtful modes to those in the units of the problem as given, where these are better.
-   subroutine bound_in_given_units(s, modes, judgement, error)
-      type(solve_context_type), intent(inout) :: s
-      type(modes_type), intent(in) :: modes
-      type(judgement_type), intent(inout) :: judgement
-      type(error_type), allocatable, intent(out) :: error
-      type(eigenpairs_type) :: given
-      real(wp), dimension(count(judgement%doubtful)) :: errors, bounds
-
+      ! Error bounds may be better in the units of the problem as given.
+      allocate (errors(count(judgement%doubtful)), bounds(count(judgement%doubtful)))
       call require_memory(s%bytes_of_shapes(2*size(errors)), "mode shapes", error)
       if (allocated(error)) return
       given = chosen_pairs(modes, judgement%doubtful)
@@ -240,7 +294,9 @@ contains
       judgement%uncertainty = min(judgement%uncertainty, unpack(bounds, judgement%doubtful, huge(1.0_wp)))
       judgement%doubtful = judgement%doubtful .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda)
       call s%hold(whole_iterated, error)
-   end subroutine bound_in_given_units
+      if (allocated(error)) return
+      judgement%doubtful = unpack(may_be_infinite(s%work, chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
+   end subroutine judge
 
    !> Whether no mode needs polishing for its backward error: it is small enough, beyond repair, or that of a rigid motion.
    pure logical function are_good(s, modes)
@@ -286,79 +342,6 @@ contains
          end associate
       end function is_suspect
    end subroutine find_suspects
-
-   ! Factors the problem beside one cluster, polishes it, and accepts the pairs found there or leaves the members as they were.
-   ! A singular matrix, no convergence or a cancellation leaves them, too.
-   subroutine polish_cluster(s, modes, cluster, judgement, polisher, found, replaced, error)
-      type(solve_context_type), intent(inout) :: s
-      type(modes_type), intent(in) :: modes
-      type(cluster_type), intent(in) :: cluster
-      type(judgement_type), intent(inout) :: judgement
-      type(polisher_type), intent(inout) :: polisher
-      !> Pairs of the iterated problem, to which those that replace the members are appended.
-      type(eigenpairs_type), intent(inout) :: found
-      !> Modes that are replaced.
-      logical, intent(inout) :: replaced(:)
-      type(error_type), allocatable, intent(out) :: error
-      ! Random vectors beside one or several members, for copies not yet found.
-      integer, parameter :: guards(2) = [2, 4]
-      type(polished_type) :: polished
-      type(eigenpairs_type) :: members
-      complex(wp) :: shift
-      integer :: guard_vectors, number_before, i
-
-      members = chosen_pairs(modes, [(any(cluster%members == i), i=1, size(modes%lambda))])
-      number_before = cluster%count_eigenvalues(members%lambda)
-      call members%make_complex()
-      call polisher%factor_beside(s%work, cluster, shift, error)
-      if (.not. allocated(error)) then
-         call s%effort%add_factors(polisher%solver, for_refinement)
-         guard_vectors = guards(min(size(cluster%members), 2))
-         ! The count by inertia shows missing copies in the symmetric forms.
-         if (polisher%refines .or. (modes%is_real() .and. size(cluster%members) == 1)) guard_vectors = 0
-         call polisher%polish(s%work, cluster, shift, members, maxval(judgement%errors(cluster%members)), guard_vectors, &
-            polished, error)
-      end if
-      if (allocated(error)) then
-         if (any(error%code == [error_singular, error_convergence, error_cancelled])) deallocate (error)
-         return
-      end if
-      if (is_accepted(judgement%not_found(cluster%members), judgement%doubtful(cluster%members))) then
-         replaced(cluster%members) = .true.
-         if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
-         ! Two clusters of inaccurate eigenvalues may be the same: both find the same pairs then.
-         call drop_dependent(polished%pairs, found)
-         call append_pairs(found, polished%pairs)
-      else if (polished%eigenvalues == 0) then
-         judgement%not_found(cluster%members) = judgement%doubtful(cluster%members) .or. &
-            judgement%errors(cluster%members) > inaccurate_above
-      else if (polished%eigenvalues >= number_before) then
-         judgement%not_found(cluster%members) = .false.
-      end if
-
-   contains
-
-      ! Whether the polished pairs replace the members: they are as many as the members that are certain, that is independent and not
-      ! in doubt (all, if a certificate counts them), and all Ritz values in the cluster are accurate; or they are as many as the
-      ! members, and accurate enough or more accurate. Refined ones are no more than the members, and no fewer than those of them
-      ! that were not lost before.
-      logical function is_accepted(lost, doubtful)
-         logical, intent(in) :: lost(:), doubtful(:)
-         complex(wp), allocatable :: certain(:)
-
-         if (polisher%refines) then
-            certain = pack(members%lambda, .not. lost)
-            is_accepted = polished%complete .and. polished%residual <= known_well .and. polished%eigenvalues <= number_before &
-               .and. polished%eigenvalues >= cluster%count_eigenvalues(certain) .and. size(polished%pairs%lambda) >= size(certain)
-            return
-         end if
-         certain = pack(members%lambda, (independent_parts(modes, cluster%members) > dependent_state .and. .not. doubtful) .or. &
-            is_counted(s))
-         is_accepted = (polished%complete .and. polished%eigenvalues >= cluster%count_eigenvalues(certain)) .or. &
-            (polished%eigenvalues >= number_before .and. &
-            (polished%worst() <= polisher%tolerance .or. polished%worst() < maxval(judgement%errors(cluster%members))))
-      end function is_accepted
-   end subroutine polish_cluster
 
    ! Makes the shapes of undamped or proportionally damped modes real: they are real but for a complex factor, or, for copies,
    ! complex combinations of real shapes, which are made orthogonal.
