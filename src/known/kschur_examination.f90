@@ -209,20 +209,15 @@ contains
       type(null_space_type), intent(in) :: null_space
       type(examination_type), intent(inout) :: examination
       integer, allocatable :: decaying(:)
-      integer :: zeros, decays, j
+      integer :: k, j
 
       associate (motions => null_space%motions, deflation => examination%deflation, rigid => examination%rigid)
          call new_deflation(deflation, problem, motions, null_space%multipliers)
          allocate (decaying, source=pack([(j, j=1, size(deflation%decay))], abs(deflation%decay) > 0))
-         zeros = size(motions, 2)
-         decays = size(decaying)
-         allocate (rigid%lambda(zeros + decays), source=(0.0_wp, 0.0_wp))
-         allocate (rigid%real_phi(problem%unknowns(), zeros + decays), rigid%xi(problem%multipliers(), zeros + decays))
-         rigid%lambda(zeros + 1:) = -deflation%decay(decaying)
-         rigid%real_phi(:, :zeros) = motions
-         rigid%real_phi(:, zeros + 1:) = deflation%shapes(:, decaying)
-         rigid%xi(:, :zeros) = null_space%multipliers
-         rigid%xi(:, zeros + 1:) = deflation%reactions(:, decaying)
+         k = size(motions, 2) + size(decaying)
+         rigid%lambda = cmplx([spread(0.0_wp, 1, size(motions, 2)), -deflation%decay(decaying)], kind=wp)
+         rigid%real_phi = reshape([motions, deflation%shapes(:, decaying)], [problem%unknowns(), k])
+         rigid%xi = cmplx(reshape([null_space%multipliers, deflation%reactions(:, decaying)], [problem%multipliers(), k]), kind=wp)
       end associate
    end subroutine set_rigid_motions
 
@@ -253,11 +248,9 @@ contains
       n = size(motions, 1)
       k = size(motions, 2)
       if (k == 0) return
-      allocate (forces(2*n, k), source=0.0_wp)
-      if (.not. problem%mass%is_zero()) &
-         call problem%mass%add_product(1/problem%mass%infinity_norm(), motions, forces(:n, :))
-      if (.not. problem%damping%is_zero()) &
-         call problem%damping%add_product(1/problem%damping%infinity_norm(), motions, forces(n + 1:, :))
+      allocate (forces(2*n, k))
+      forces(:n, :) = problem%mass%product(motions)/max(problem%mass%infinity_norm(), tiny(1.0_wp))
+      forces(n + 1:, :) = problem%damping%product(motions)/max(problem%damping%infinity_norm(), tiny(1.0_wp))
       call right_singular_vectors(forces, singular, rotation, error)
       if (allocated(error)) return
       candidate = matmul(motions, rotation(:, k:))

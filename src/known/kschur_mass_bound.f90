@@ -24,29 +24,13 @@ contains
       call bound_smallest_eigenvalue(matrix, least, is_definite, seems_definite, poor)
    end function is_definite
 
-   !> Bounds the smallest eigenvalue of M, on the unknowns that have mass and scaled to unit diagonal, or of the block that M
-   !> repeats in each direction.
-   subroutine bound_smallest_eigenvalue(mass, least, proved, seems_definite, poor)
-      type(csr_matrix_type), intent(in) :: mass
-      real(wp), intent(in) :: least
-      !> As of `bound_by_lanczos`.
-      logical, intent(out) :: proved, seems_definite, poor
-      type(csr_matrix_type) :: component
-
-      component = one_component(mass)
-      if (component%rows > 0) then
-         call bound_by_lanczos(component, least, proved, seems_definite, poor)
-      else
-         call bound_by_lanczos(mass, least, proved, seems_definite, poor)
-      end if
-   end subroutine bound_smallest_eigenvalue
-
-   ! Bounds the smallest eigenvalue of M, on the unknowns that have mass and scaled to unit diagonal, by k Lanczos steps from a
-   ! random vector: the smallest Ritz value exceeds it by more than epsilon times the spread of the spectrum with a probability of
-   ! at most 1.648 sqrt(n) exp(-(2 k - 1) sqrt(epsilon)) (Kuczynski, Wozniakowski, SIAM J. Matrix Anal. Appl. 13 (1992), theorem
-   ! 4.1). Masses of finite elements have it far from zero (Wathen, IMA J. Numer. Anal. 7 (1987)), so that few steps suffice.
-   subroutine bound_by_lanczos(mass, least, proved, seems_definite, poor)
-      type(csr_matrix_type), intent(in) :: mass
+   !> Bounds the smallest eigenvalue of M, or of the block that M repeats in each direction, on the unknowns that have mass and
+   !> scaled to unit diagonal, by k Lanczos steps from a random vector: the smallest Ritz value exceeds it by more than epsilon
+   !> times the spread of the spectrum with a probability of at most 1.648 sqrt(n) exp(-(2 k - 1) sqrt(epsilon)) (Kuczynski,
+   !> Wozniakowski, SIAM J. Matrix Anal. Appl. 13 (1992), theorem 4.1). Masses of finite elements have it far from zero (Wathen, IMA
+   !> J. Numer. Anal. 7 (1987)), so that few steps suffice.
+   subroutine bound_smallest_eigenvalue(whole_mass, least, proved, seems_definite, poor)
+      type(csr_matrix_type), intent(in) :: whole_mass
       real(wp), intent(in) :: least
       !> Whether it is above `least`, up to a probability of `improbable`.
       logical, intent(out) :: proved
@@ -57,6 +41,7 @@ contains
       logical, intent(out) :: poor
       ! The first is about the cost of a factorization; the second is when to estimate whether that many steps will do.
       integer, parameter :: most_steps = 200, few_steps = 60
+      type(csr_matrix_type) :: mass
       real(wp), allocatable :: scaling(:), previous(:), x(:), y(:)
       real(wp) :: alpha(most_steps), beta(0:most_steps), spread_bound, needed, provable
       integer(long) :: state
@@ -64,6 +49,7 @@ contains
 
       proved = .false.
       poor = .true.
+      mass = one_component(whole_mass)
       allocate (scaling, source=mass%diagonal())
       seems_definite = all(scaling > 0 .or. (abs(scaling) <= 0 .and. .not. mass%row_maxima() > 0))
       if (.not. seems_definite .or. .not. any(scaling > 0)) return
@@ -111,7 +97,7 @@ contains
             if (.not. ritz_values_exceed) return
          end do
       end function ritz_values_exceed
-   end subroutine bound_by_lanczos
+   end subroutine bound_smallest_eigenvalue
 
    ! Whether a symmetric matrix with a positive diagonal is so dominated by it that scaled to unit diagonal it has no eigenvalue
    ! below `least` (Gershgorin).

@@ -7,7 +7,7 @@ module kschur_mass_components
 
 contains
 
-   !> Of a matrix A (x) I, with two or three unknowns a node, A; of any other matrix no rows. The spectra of both are the same.
+   !> Of a matrix A (x) I, with two or three unknowns a node, A, which has the same spectrum; any other matrix itself.
    pure function one_component(matrix) result(component)
       !> Square.
       type(csr_matrix_type), intent(in) :: matrix
@@ -17,7 +17,10 @@ contains
       do directions = 3, 2, -1
          if (repeats(matrix, directions)) exit
       end do
-      if (directions == 1) return
+      if (directions == 1) then
+         component = matrix
+         return
+      end if
       component%rows = matrix%rows/directions
       component%columns = component%rows
       allocate (component%row_start(component%rows + 1), component%column(matrix%nonzeros()/directions), &

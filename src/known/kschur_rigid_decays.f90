@@ -95,9 +95,7 @@ contains
       ! B S = -N2^T (M X S + R X), as the undamped motions N2 have N2^T M N2 = I and R N2 = 0.
       forces = matmul(states%inertia, s) + states%damping_forces
       b = transpose(solve_dense(transpose(s), -transpose(inner_products(undamped, forces)), is_regular))
-      states%x = states%x + matmul(undamped%x, b)
-      states%inertia = states%inertia + matmul(undamped%inertia, b)
-      states%damping_forces = states%damping_forces + matmul(undamped%damping_forces, b)
+      states = states_of(problem, states%x + matmul(undamped%x, b))
    end subroutine set_states
 
    ! Computes the eigenpairs of (X, S): S is self-adjoint in the form X^T M X S + S^T X^T M X + X^T R X. Leaves none if that form is

@@ -134,29 +134,26 @@ contains
       class(root_space_type), intent(inout) :: self
       !> Eigenvalues, p numbers (1/s), and shapes, n x p.
       complex(wp), intent(in) :: lambda(:), x(:, :)
-      complex(wp) :: state(size(x, 1), 2)
-      integer :: s, j
+      real(wp) :: motion(size(x, 1), 2), velocity(size(x, 1), 2), block(2, 2)
+      complex(wp) :: both(2)
+      integer :: s, p, n, j
 
       if (.not. allocated(self%x)) allocate (self%x(size(x, 1), 0), self%v(size(x, 1), 0), self%links(0, 0))
       if (.not. allocated(self%nonzero)) allocate (self%nonzero(0))
+      n = size(x, 1)
       do j = 1, size(lambda)
          s = self%states()
-         self%nonzero = [self%nonzero, lambda(j)]
-         state(:, 1) = x(:, j)
-         state(:, 2) = lambda(j)*x(:, j)
+         p = merge(2, 1, abs(aimag(lambda(j))) > 0)
+         both = [lambda(j), conjg(lambda(j))]
+         motion = reshape([real(x(:, j), wp), aimag(x(:, j))], [n, 2])
+         velocity = reshape([real(lambda(j)*x(:, j), wp), aimag(lambda(j)*x(:, j))], [n, 2])
          ! A [Re z, Im z] = B [Re z, Im z] [Re lambda, Im lambda; -Im lambda, Re lambda].
-         call append_columns(self%x, real(state(:, :1), wp), size(x, 1))
-         call append_columns(self%v, real(state(:, 2:), wp), size(x, 1))
-         if (abs(aimag(lambda(j))) > 0) then
-            call append_columns(self%x, aimag(state(:, :1)), size(x, 1))
-            call append_columns(self%v, aimag(state(:, 2:)), size(x, 1))
-         end if
-         call append_columns(self%links, reshape([real(wp) ::], [0, self%states() - s]), self%states())
-         self%links(s + 1, s + 1) = real(lambda(j), wp)
-         if (self%states() == s + 1) cycle
-         self%nonzero = [self%nonzero, conjg(lambda(j))]
-         self%links(s + 1:, s + 2) = [aimag(lambda(j)), real(lambda(j), wp)]
-         self%links(s + 2, s + 1) = -aimag(lambda(j))
+         block = reshape([real(both(1), wp), -aimag(both(1)), aimag(both(1)), real(both(1), wp)], [2, 2])
+         self%nonzero = [self%nonzero, both(:p)]
+         call append_columns(self%x, motion(:, :p), n)
+         call append_columns(self%v, velocity(:, :p), n)
+         call append_columns(self%links, reshape([real(wp) ::], [0, p]), s + p)
+         self%links(s + 1:, s + 1:) = block(:p, :p)
       end do
    end subroutine add_eigenpairs
 

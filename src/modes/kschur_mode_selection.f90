@@ -77,17 +77,16 @@ contains
       integer, allocatable :: order(:)
       integer :: j, k
 
-      k = size(pairs%lambda) - request%rigid
       if (.not. allocated(pairs%paired)) allocate (pairs%paired(size(pairs%lambda)), source=.false.)
       if (allocated(problem%loss)) then
          ! With H, eigenvalues below the real axis are no conjugates: they belong to the problem with -H. Those next to it may have
          ! been moved there, and stay until they are polished.
          call keep_pairs(pairs, aimag(pairs%lambda) >= -blurred_value*abs(pairs%lambda))
          pairs%paired = .false.
-         k = size(pairs%lambda) - request%rigid
-         allocate (mirrored(k), source=.false.)
-      else
-         allocate (mirrored(k))
+      end if
+      k = size(pairs%lambda) - request%rigid
+      allocate (mirrored(k), source=.false.)
+      if (.not. allocated(problem%loss)) then
          call match_conjugates(pairs%lambda(:k), same_value*abs(pairs%lambda(:k)), pairs%paired(:k), mirrored)
          call move_above_axis(pairs, k)
       end if
@@ -106,9 +105,8 @@ contains
       if (.not. (problem%symmetric .or. allocated(problem%loss))) &
          modes%unlisted = [modes%unlisted, pack(pairs%lambda(:k), repeated .and. .not. mirrored)]
       ! A pair that is inaccurate and not listed will not be refined: it is not counted as found.
-      accepted = accepted .and. modes%backward_error <= spurious
+      accepted = accepted .and. modes%backward_error <= spurious .and. aimag(pairs%lambda) >= 0
       accepted(:k) = accepted(:k) .and. .not. modes%uncertainty(:k) > no_correct_digits*abs(pairs%lambda(:k))
-      accepted = accepted .and. aimag(pairs%lambda) >= 0
       accepted(order) = .true.
       modes%found = eigenvalues_of(pairs%lambda, accepted)
       modes%motion = [spread(0, 1, k), (j, j=1, request%rigid), spread(0, 1, size(pairs%lambda) - k - request%rigid)]

@@ -147,11 +147,14 @@ contains
          sums = 0
          !$omp parallel do schedule(static) private(forms) if (n > panel_rows)
          do l = 1, pairs
-            associate (parts => products%parts)
-               sums(1, l) = sum(real(products%phi(:, parts*(l - 1) + 1:parts*l), xp)**2)
+            associate (shape => products%phi(:, products%parts*(l - 1) + 1:products%parts*l), &
+               mass => products%mass(:, products%parts*(l - 1) + 1:products%parts*l), &
+               damping => products%damping(:, products%parts*(l - 1) + 1:products%parts*l))
+               sums(1, l) = sum(real(shape, xp)**2)
+               if (.not. problem%symmetric) cycle
+               forms = [bilinear(shape, mass), bilinear(shape, damping), (0.0_xp, 0.0_xp)]
+               if (extended) forms(3) = bilinear(shape, products%static_forces(:, 2*l - 1:2*l)) + products%constraints%work_of(l)
             end associate
-            if (.not. problem%symmetric) cycle
-            forms = forms_of(products, l, extended)
             sums(2:4, l) = real(forms, xp)
             sums(5:7, l) = aimag(forms)
          end do
@@ -240,22 +243,6 @@ contains
       end do
       products(:, to - from + 2:) = 0
    end function row_products
-
-   ! The coefficients of Rayleigh's functional of pair l; the last one is 0 unless forces were summed in extended precision.
-   pure function forms_of(products, l, extended) result(forms)
-      type(products_type), intent(in) :: products
-      integer, intent(in) :: l
-      logical, intent(in) :: extended
-      complex(xp) :: forms(3)
-
-      associate (first => products%parts*(l - 1) + 1, last => products%parts*l)
-         forms(1) = bilinear(products%phi(:, first:last), products%mass(:, first:last))
-         forms(2) = bilinear(products%phi(:, first:last), products%damping(:, first:last))
-         forms(3) = 0
-         if (extended) forms(3) = bilinear(products%phi(:, first:last), products%static_forces(:, 2*l - 1:2*l)) + &
-            products%constraints%work_of(l)
-      end associate
-   end function forms_of
 
    ! x^T y (not x^* y) of complex vectors given by their real and imaginary parts.
    pure complex(xp) function bilinear(x, y)

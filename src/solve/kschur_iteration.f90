@@ -9,6 +9,7 @@ module kschur_iteration
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_options_type, krylov_statistics_type, ritz_pairs_type
    use kschur_modal_selection, only: modal_selection_type
+   use kschur_modes, only: take_columns
    use kschur_options, only: modal_options_type, formulation_proportional, formulation_quadratic, formulation_symmetric
    use kschur_outcome, only: reason_converged
    use kschur_settings, only: set_iteration_options
@@ -72,14 +73,23 @@ contains
       do
          call s%transform%iterate(selection, options, ritz, error, s%monitor)
          if (allocated(error)) exit
-         call add_statistics(s, ritz%statistics)
+         associate (effort => s%effort, more => ritz%statistics)
+            effort%operator_applications = effort%operator_applications + more%operator_applications
+            effort%restarts = effort%restarts + more%restarts
+            effort%seconds%orthogonalize = effort%seconds%orthogonalize + more%orthogonalize_seconds
+         end associate
          if (options%verify .or. most_copies(ritz%mu) < options%block) exit
          ! A block of b vectors finds b copies of an eigenvalue at most: if it found so many, there may be more.
          options%verify = .true.
       end do
       call s%hold(whole_iterated, error)
       if (allocated(error)) return
-      if (associated(s%checkpoint)) call note_failed_write(s)
+      if (associated(s%checkpoint)) then
+         if (allocated(s%checkpoint%complaint)) then
+            call s%add_note("a checkpoint could not be written: "//s%checkpoint%complaint)
+            deallocate (s%checkpoint%complaint)
+         end if
+      end if
       call require_memory(s%bytes_of_shapes(3*size(ritz%mu)), "mode shapes", error)
       if (allocated(error)) return
       statistics = ritz%statistics
@@ -117,18 +127,6 @@ contains
       if (statistics%history%residual(looks) < far_below*options%tolerance) dimension = dimension - options%block
    end function expected_dimension
 
-   ! Adds the effort of an iteration to that of the solve.
-   subroutine add_statistics(s, statistics)
-      type(solve_context_type), intent(inout) :: s
-      type(krylov_statistics_type), intent(in) :: statistics
-
-      associate (effort => s%effort)
-         effort%operator_applications = effort%operator_applications + statistics%operator_applications
-         effort%restarts = effort%restarts + statistics%restarts
-         effort%seconds%orthogonalize = effort%seconds%orthogonalize + statistics%orthogonalize_seconds
-      end associate
-   end subroutine add_statistics
-
    ! Largest number of values that are equal within `same_frequency`.
    pure integer function most_copies(values)
       complex(wp), intent(in) :: values(:)
@@ -136,15 +134,6 @@ contains
 
       most_copies = maxval([0, (count(abs(values - values(j)) <= same_frequency*abs(values(j))), j=1, size(values))])
    end function most_copies
-
-   ! Adds a note if a checkpoint could not be written.
-   subroutine note_failed_write(s)
-      type(solve_context_type), intent(inout) :: s
-
-      if (.not. allocated(s%checkpoint%complaint)) return
-      call s%add_note("a checkpoint could not be written: "//s%checkpoint%complaint)
-      deallocate (s%checkpoint%complaint)
-   end subroutine note_failed_write
 
    ! Sets the eigenvalues lambda of Ritz values mu. Both roots of an oscillator share its shape: of a conjugate pair one is listed,
    ! with losses only the root above the real axis. Multipliers are scaled from the undamped problem to lambda.
@@ -194,15 +183,13 @@ contains
       complex(wp), allocatable, intent(inout) :: vectors(:, :)
       logical, allocatable, intent(inout) :: paired(:)
       complex(wp) :: theta(size(mu))
-      complex(wp), allocatable :: kept(:, :)
       logical :: mirrored(size(mu))
       integer :: j
 
       theta = [(transform%theta(mu(j)), j=1, size(mu))]
       call match_conjugates(theta, same_value*abs(theta), paired, mirrored)
       if (.not. any(mirrored)) return
-      allocate (kept(size(vectors, 1), count(.not. mirrored)), source=vectors(:, pack([(j, j=1, size(mu))], .not. mirrored)))
-      call move_alloc(kept, vectors)
+      call take_columns(vectors, pack([(j, j=1, size(mu))], .not. mirrored))
       mu = pack(mu, .not. mirrored)
       paired = pack(paired, .not. mirrored)
    end subroutine drop_mirrored

@@ -131,7 +131,7 @@ contains
       type(krylov_statistics_type) :: statistics
       integer :: applications, wanted, missing, missing_before, round, moves
       type(modes_type) :: earlier
-      logical :: moved, shift_moved, all_asked, cancelled, is_last
+      logical :: moved, shift_moved, cancelled, is_last
       real(wp) :: complete_radius
       complex(wp) :: shift_before
 
@@ -151,8 +151,7 @@ contains
          if (allocated(error)) return
          ! The pairs are those from the shift before.
          if (cancelled) statistics%reason = reason_cancelled
-         if (cancelled) moved = .false.
-         if (moved) then
+         if (moved .and. .not. cancelled) then
             moves = moves + 1
             cycle
          end if
@@ -189,9 +188,8 @@ contains
          missing_before = missing
          wanted = min(wanted + max(missing, wanted/4), s%known%total%number)
       end do
-      all_asked = wanted == s%known%total%number
       ! An infinite eigenvalue among the nearest shows that there are no more, unless it looks nearer to the target than zero is.
-      complete = statistics%reason == reason_fewer_modes .or. all_asked .or. &
+      complete = statistics%reason == reason_fewer_modes .or. wanted == s%known%total%number .or. &
          any(distances(modes%infinite, s%options%target) > abs(s%options%target))
       modes%reason = statistics%reason
       modes%locking_error = statistics%locking_error
@@ -348,8 +346,7 @@ contains
       logical :: all_found
 
       associate (total => s%known%total)
-         all_found = complete .and. size(modes%unlisted) == 0
-         if (total%exact) all_found = modes%found == total%number
+         all_found = merge(all_known(s, modes), complete .and. size(modes%unlisted) == 0, total%exact)
          ! With losses the modes are not counted: unknowns without mass make as many infinite ones, others taken as such are finite.
          if (s%is_lossy()) all_found = all_found .and. size(modes%infinite) <= s%known%massless
          if (any(modes%reason == [reason_max_restarts, reason_cancelled]) .and. .not. (total%exact .and. all_found)) then
