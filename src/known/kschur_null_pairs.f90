@@ -48,7 +48,7 @@ contains
       change = 1
       do step = 0, most_steps
          forces = extended_product(matrix, right)
-         call measure(matrix, left, right, forces, forms, terms)
+         call measure(forces)
          settled = all(abs(forms) <= rounding_of_energy*terms .or. abs(forms - forms_before) <= contraction*abs(forms))
          if (settled .and. (change <= epsilon(1.0_xp) .or. all(terms >= (1 - contraction)*terms_before))) exit
          forms_before = forms
@@ -64,10 +64,12 @@ contains
          if (abs(forms(place(1), place(2))) <= rounding_of_row*terms(place(1), place(2))) exit
          associate (others => [(j, j=1, place(2) - 1), (j, j=place(2) + 1, size(right, 2))], &
             other_left => [(i, i=1, place(1) - 1), (i, i=place(1) + 1, size(left, 2))])
-            right = right(:, others) - outer(right(:, place(2)), forms(place(1), others)/forms(place(1), place(2)))
-            left = left(:, other_left) - outer(left(:, place(1)), forms(other_left, place(2))/forms(place(1), place(2)))
+            right = right(:, others) - spread(right(:, place(2)), 2, size(others))* &
+               spread(real(forms(place(1), others)/forms(place(1), place(2)), xp), 1, size(right, 1))
+            left = left(:, other_left) - spread(left(:, place(1)), 2, size(other_left))* &
+               spread(real(forms(other_left, place(2))/forms(place(1), place(2)), xp), 1, size(left, 1))
          end associate
-         call measure(matrix, left, right, extended_product(matrix, right), forms, terms)
+         call measure(extended_product(matrix, right))
       end do
       doubtful = .not. settled .or. any(abs(forms) > rounding_of_energy*terms)
       forms = abs(forms) + epsilon(1.0_xp)*terms
@@ -75,6 +77,15 @@ contains
       x = real(right, wp)
 
    contains
+
+      ! Computes the forms Y^T A X and the terms |Y|^T |A| |X| that they are sums of.
+      subroutine measure(forces)
+         !> A X.
+         real(xp), intent(in) :: forces(:, :)
+
+         forms = real(matmul(transpose(left), forces), wp)
+         terms = matmul(transpose(real(abs(left), wp)), terms_of(matrix, real(abs(right), wp)))
+      end subroutine measure
 
       ! Subtracts from vectors what solves for their forces.
       subroutine correct(adjoint, residual, vectors)
@@ -133,24 +144,4 @@ contains
          end do
       end function largest_change
    end function radius_of_zeros
-
-   ! Computes the forms Y^T A X and the terms |Y|^T |A| |X| that they are sums of.
-   subroutine measure(matrix, left, right, forces, forms, terms)
-      type(csr_matrix_type), intent(in) :: matrix
-      !> Y, X and A X.
-      real(xp), intent(in) :: left(:, :), right(:, :), forces(:, :)
-      real(wp), allocatable, intent(out) :: forms(:, :), terms(:, :)
-
-      forms = real(matmul(transpose(left), forces), wp)
-      terms = matmul(transpose(real(abs(left), wp)), terms_of(matrix, real(abs(right), wp)))
-   end subroutine measure
-
-   ! The matrix a b^T.
-   pure function outer(a, b)
-      real(xp), intent(in) :: a(:)
-      real(wp), intent(in) :: b(:)
-      real(xp) :: outer(size(a), size(b))
-
-      outer = spread(a, 2, size(b))*spread(real(b, xp), 1, size(a))
-   end function outer
 end module kschur_null_pairs

@@ -171,52 +171,26 @@ contains
    end subroutine append_columns
 
    !> Replaces a basis of motions by one of separate motions: in a mixed one, terms of heavy or damped motions would hide those of
-   !> light or undamped ones.
+   !> light or undamped ones. It is a column echelon form of the same space, by Gauss-Jordan elimination (Golub, Van Loan, Matrix
+   !> Computations (2013), section 3.4): each vector is zero in the pivot rows of those before it. The pivot is the largest entry
+   !> times the weight of its row, so that a row far above all others, as of a damper of 1e20, acts on one vector and is exactly
+   !> zero in those after it. Among the vectors left, the pivot is the largest entry of its row: a step at most doubles their
+   !> entries. Entries that are rounding become zero.
    pure subroutine separate_motions(basis, a1, a2)
       !> n rows of motions; rows below them are combined alike.
       real(wp), intent(inout) :: basis(:, :)
       !> Coefficients of lambda and lambda^2.
       type(csr_matrix_type), intent(in) :: a1, a2
-
-      call reduce_to_echelon(basis, row_weights(a1, a2))
-   end subroutine separate_motions
-
-   ! Computes a weight of each row: its largest entry in A1, relative to the matrix, or for a row of zeros that in A2, scaled below
-   ! all others.
-   pure function row_weights(a1, a2) result(weights)
-      type(csr_matrix_type), intent(in) :: a1, a2
-      real(wp) :: weights(a1%rows)
-      real(wp), parameter :: far_below = sqrt(tiny(1.0_wp))
-
-      weights = relative_maxima(a1)
-      where (.not. weights > 0) weights = far_below*(relative_maxima(a2) + epsilon(1.0_wp))
-
-   contains
-
-      ! The largest entry of each row, relative to the largest of the matrix.
-      pure function relative_maxima(matrix) result(maxima)
-         type(csr_matrix_type), intent(in) :: matrix
-         real(wp) :: maxima(matrix%rows)
-
-         maxima = matrix%row_maxima()
-         if (any(maxima > 0)) maxima = maxima/maxval(maxima)
-      end function relative_maxima
-   end function row_weights
-
-   ! Replaces a basis by a column echelon form of the same space, by Gauss-Jordan elimination (Golub, Van Loan, Matrix Computations
-   ! (2013), section 3.4): each vector is zero in the pivot rows of those before it. The pivot is the largest entry times the
-   ! weight of its row, so that a row far above all others, as of a damper of 1e20, acts on one vector and is exactly zero in those
-   ! after it. Among the vectors left, the pivot is the largest entry of its row: a step at most doubles their entries. Entries that
-   ! are rounding become zero.
-   pure subroutine reduce_to_echelon(basis, weights)
-      real(wp), intent(inout) :: basis(:, :)
-      !> Of the first n rows; the others are no pivot rows.
-      real(wp), intent(in) :: weights(:)
       ! A pivot that is smaller in its vector than this would spoil the vectors before it.
       real(wp), parameter :: largest_factor = 10
-      real(wp) :: column(size(basis, 1)), factor
+      real(wp), parameter :: far_below = sqrt(tiny(1.0_wp))
+      real(wp) :: weights(a1%rows), column(size(basis, 1)), factor
       integer :: n, j, l, largest, place(2)
 
+      ! The weight of a row is its largest entry in A1, relative to the matrix, or for a row of zeros that in A2, scaled below all
+      ! others.
+      weights = relative_maxima(a1)
+      where (.not. weights > 0) weights = far_below*(relative_maxima(a2) + epsilon(1.0_wp))
       n = size(weights)
       do j = 1, size(basis, 2)
          basis(:, j) = basis(:, j)/maxval(abs(basis(:n, j)))
@@ -238,7 +212,18 @@ contains
          end do
          where (abs(basis(:n, :)) <= rounding_of_sums) basis(:n, :) = 0
       end do
-   end subroutine reduce_to_echelon
+
+   contains
+
+      ! The largest entry of each row, relative to the largest of the matrix.
+      pure function relative_maxima(matrix) result(maxima)
+         type(csr_matrix_type), intent(in) :: matrix
+         real(wp) :: maxima(matrix%rows)
+
+         maxima = matrix%row_maxima()
+         if (any(maxima > 0)) maxima = maxima/maxval(maxima)
+      end function relative_maxima
+   end subroutine separate_motions
 
    !> Assembles the root spaces of zero and infinity, as states (phi, lambda/unit phi, ...), to an invariant subspace Z of the
    !> shift-invert operator (A - sigma B)^{-1} B, to lock it: its projection is (J - sigma)^{-1} for A Z = B Z J (zero) and

@@ -73,7 +73,9 @@ contains
       !> Moved to the modes.
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
-      logical, allocatable :: accepted(:), inaccurate(:), mirrored(:), repeated(:)
+      logical, allocatable :: accepted(:), mirrored(:), repeated(:)
+      ! Inaccurate pairs that were dropped as there are too many eigenvalues.
+      logical, allocatable :: inaccurate(:)
       integer, allocatable :: order(:)
       integer :: j, k
 
@@ -88,18 +90,18 @@ contains
       allocate (mirrored(k), source=.false.)
       if (.not. allocated(problem%loss)) then
          call match_conjugates(pairs%lambda(:k), same_value*abs(pairs%lambda(:k)), pairs%paired(:k), mirrored)
-         call move_above_axis(pairs, k)
+         call move_above_axis()
       end if
-      call normalize_first(pairs, k)
+      call normalize_first()
       call correct_eigenvalues(problem, pairs, request%rigid, request%refined, modes%backward_error, modes%error_bound, &
          modes%uncertainty)
       ! The correction changes complex shapes only.
-      if (.not. pairs%is_real()) call normalize_first(pairs, k)
+      if (.not. pairs%is_real()) call normalize_first()
       allocate (repeated, source=repeats_rigid_motion(problem, pairs, k, request%rigid, request%reference, request%zero_noise))
       allocate (accepted(size(pairs%lambda)), source=.true.)
       accepted(:k) = .not. (mirrored .or. repeated)
-      call drop_infinite(problem, request, pairs%lambda, modes, accepted, inaccurate)
-      call select_nearest(request, pairs%lambda, accepted, order)
+      call drop_infinite()
+      call select_nearest(pairs%lambda)
       modes%unlisted = pack(pairs%lambda, inaccurate)
       ! Slow decays of rigid motions look like zeros found again. Those of symmetric problems are known.
       if (.not. (problem%symmetric .or. allocated(problem%loss))) &
@@ -113,71 +115,98 @@ contains
       call move_pairs(pairs, modes%eigenpairs_type)
       deallocate (modes%paired)
       call modes%take(order)
+
+   contains
+
+      ! Conjugates those of the first k pairs that lie in the lower half plane.
+      subroutine move_above_axis()
+         integer :: j
+
+         do j = 1, k
+            if (.not. aimag(pairs%lambda(j)) < 0) cycle
+            pairs%lambda(j) = conjg(pairs%lambda(j))
+            if (.not. pairs%is_real()) pairs%phi(:, j) = conjg(pairs%phi(:, j))
+            pairs%xi(:, j) = conjg(pairs%xi(:, j))
+         end do
+      end subroutine move_above_axis
+
+      ! Normalizes the first k pairs: unit norm, largest entry real and positive.
+      subroutine normalize_first()
+         integer :: j
+
+         !$omp parallel do schedule(static) if (pairs%rows() > panel_rows)
+         do j = 1, k
+            call normalize(pairs, j)
+         end do
+         !$omp end parallel do
+      end subroutine normalize_first
+
+      ! Drops pairs of infinite eigenvalues, and lists them: inaccurate ones far above all accurate ones, and those in excess of the
+      ! number of finite eigenvalues.
+      subroutine drop_infinite()
+         logical, dimension(size(pairs%lambda)) :: infinite, candidates
+         real(wp) :: limit
+
+         associate (errors => modes%backward_error, lambda => pairs%lambda)
+            limit = max(largest_rate(problem), &
+               far_factor*max(request%reference, maxval(abs(lambda), accepted .and. errors <= spurious)))
+            infinite = errors > spurious .and. .not. abs(lambda) <= limit
+            accepted = accepted .and. .not. infinite
+            allocate (inaccurate, source=accepted .and. errors > spurious .and. &
+               eigenvalues_of(lambda, accepted) > request%max_eigenvalues)
+            accepted = accepted .and. .not. inaccurate
+            candidates = accepted
+            call drop_excess(lambda, modes%uncertainty)
+            modes%infinite = pack(lambda, infinite .or. (candidates .and. .not. accepted))
+         end associate
+      end subroutine drop_infinite
+
+      ! Selects of the accepted pairs those nearest to the target: at most as many as are asked for, and, unless they are all
+      ! finite eigenvalues, only those in the radius that was searched, as others may be missing beyond it. Those below the real
+      ! axis, which may turn out to be no modes, are selected beside as many others.
+      subroutine select_nearest(lambda)
+         complex(wp), intent(in) :: lambda(:)
+         integer :: complete, chosen, j
+
+         allocate (order(count(accepted)), source=pack([(j, j=1, size(lambda))], accepted))
+         order = order(nearest_first(lambda(order), request%target))
+         complete = size(order)
+         if (eigenvalues_of(lambda, accepted) < request%max_eigenvalues) &
+            complete = count(distances(lambda(order), request%target) <= request%search_radius + &
+            max(nearly_zero*min(request%search_radius, abs(lambda(order))), equal_value*abs(lambda(order))))
+         chosen = 0
+         do j = 1, complete
+            if (chosen == request%modes) exit
+            if (aimag(lambda(order(j))) >= 0) chosen = chosen + 1
+         end do
+         order = order(:j - 1)
+      end subroutine select_nearest
+
+      ! Drops the eigenvalues in excess of a number, which are infinite ones that rounding made finite: first those without correct
+      ! digits, then the largest.
+      subroutine drop_excess(lambda, uncertainty)
+         complex(wp), intent(in) :: lambda(:)
+         real(wp), intent(in) :: uncertainty(:)
+         logical :: doubtful(size(lambda))
+
+         do while (eigenvalues_of(lambda, accepted) > request%max_eigenvalues)
+            doubtful = accepted .and. uncertainty > no_correct_digits*abs(lambda)
+            if (any(doubtful)) then
+               accepted(maxloc(uncertainty/max(abs(lambda), tiny(1.0_wp)), 1, doubtful)) = .false.
+            else
+               accepted(maxloc(abs(lambda), 1, accepted)) = .false.
+            end if
+         end do
+      end subroutine drop_excess
    end subroutine judge_pairs
-
-   ! Conjugates those of the first k pairs that lie in the lower half plane.
-   subroutine move_above_axis(pairs, k)
-      type(eigenpairs_type), intent(inout) :: pairs
-      integer, intent(in) :: k
-      integer :: j
-
-      do j = 1, k
-         if (.not. aimag(pairs%lambda(j)) < 0) cycle
-         pairs%lambda(j) = conjg(pairs%lambda(j))
-         if (.not. pairs%is_real()) pairs%phi(:, j) = conjg(pairs%phi(:, j))
-         pairs%xi(:, j) = conjg(pairs%xi(:, j))
-      end do
-   end subroutine move_above_axis
-
-   ! Normalizes the first k pairs: unit norm, largest entry real and positive.
-   subroutine normalize_first(pairs, k)
-      type(eigenpairs_type), intent(inout) :: pairs
-      integer, intent(in) :: k
-      integer :: j
-
-      !$omp parallel do schedule(static) if (pairs%rows() > panel_rows)
-      do j = 1, k
-         call normalize(pairs, j)
-      end do
-      !$omp end parallel do
-   end subroutine normalize_first
-
-   ! Drops pairs of infinite eigenvalues, and lists them: inaccurate ones far above all accurate ones, and those in excess of the
-   ! number of finite eigenvalues.
-   subroutine drop_infinite(problem, request, lambda, modes, accepted, inaccurate)
-      type(modal_problem_type), intent(in) :: problem
-      type(mode_request_type), intent(in) :: request
-      complex(wp), intent(in) :: lambda(:)
-      type(modes_type), intent(inout) :: modes
-      logical, intent(inout) :: accepted(:)
-      !> Inaccurate pairs that were dropped as there are too many eigenvalues.
-      logical, allocatable, intent(out) :: inaccurate(:)
-      logical, dimension(size(lambda)) :: infinite, candidates
-      real(wp) :: limit
-
-      associate (errors => modes%backward_error)
-         limit = max(largest_rate(problem), &
-            far_factor*max(request%reference, maxval(abs(lambda), accepted .and. errors <= spurious)))
-         infinite = errors > spurious .and. .not. abs(lambda) <= limit
-         accepted = accepted .and. .not. infinite
-         allocate (inaccurate, source=accepted .and. errors > spurious .and. &
-            eigenvalues_of(lambda, accepted) > request%max_eigenvalues)
-         accepted = accepted .and. .not. inaccurate
-         candidates = accepted
-         call drop_excess(lambda, modes%uncertainty, request%max_eigenvalues, accepted)
-         modes%infinite = pack(lambda, infinite .or. (candidates .and. .not. accepted))
-      end associate
-   end subroutine drop_infinite
 
    !> Drops spurious modes, those with backward errors above `spurious`, and appends their eigenvalues to `unlisted`; and
    !> eigenvalues below the real axis, which with losses are no modes, and without do not occur.
    subroutine drop_spurious(modes)
       type(modes_type), intent(inout) :: modes
 
-      associate (inaccurate => modes%backward_error > spurious)
-         modes%unlisted = [modes%unlisted, pack(modes%lambda, inaccurate)]
-         call modes%drop(inaccurate .or. aimag(modes%lambda) < 0)
-      end associate
+      call modes%leave_out(modes%backward_error > spurious)
+      call modes%drop(aimag(modes%lambda) < 0)
    end subroutine drop_spurious
 
    !> Drops from `unlisted` what cannot belong in the list of modes: if that is full, eigenvalues further from the target than its
@@ -193,48 +222,6 @@ contains
       modes%unlisted = [pack(modes%unlisted, distances(modes%unlisted, request%target) <= furthest), &
          pack(modes%infinite, abs(modes%infinite) - abs(request%target) <= furthest)]
    end subroutine keep_nearer_unlisted
-
-   ! Selects of the accepted pairs those nearest to the target: at most as many as are asked for, and, unless they are all finite
-   ! eigenvalues, only those in the radius that was searched, as others may be missing beyond it. Those below the real axis, which
-   ! may turn out to be no modes, are selected beside as many others.
-   subroutine select_nearest(request, lambda, accepted, order)
-      type(mode_request_type), intent(in) :: request
-      complex(wp), intent(in) :: lambda(:)
-      logical, intent(in) :: accepted(:)
-      integer, allocatable, intent(out) :: order(:)
-      integer :: complete, chosen, j
-
-      allocate (order(count(accepted)), source=pack([(j, j=1, size(lambda))], accepted))
-      order = order(nearest_first(lambda(order), request%target))
-      complete = size(order)
-      if (eigenvalues_of(lambda, accepted) < request%max_eigenvalues) complete = count(distances(lambda(order), request%target) <= &
-         request%search_radius + max(nearly_zero*min(request%search_radius, abs(lambda(order))), equal_value*abs(lambda(order))))
-      chosen = 0
-      do j = 1, complete
-         if (chosen == request%modes) exit
-         if (aimag(lambda(order(j))) >= 0) chosen = chosen + 1
-      end do
-      order = order(:j - 1)
-   end subroutine select_nearest
-
-   ! Drops the eigenvalues in excess of a number, which are infinite ones that rounding made finite: first those without correct
-   ! digits, then the largest.
-   pure subroutine drop_excess(lambda, uncertainty, max_eigenvalues, accepted)
-      complex(wp), intent(in) :: lambda(:)
-      real(wp), intent(in) :: uncertainty(:)
-      integer, intent(in) :: max_eigenvalues
-      logical, intent(inout) :: accepted(:)
-      logical :: doubtful(size(lambda))
-
-      do while (eigenvalues_of(lambda, accepted) > max_eigenvalues)
-         doubtful = accepted .and. uncertainty > no_correct_digits*abs(lambda)
-         if (any(doubtful)) then
-            accepted(maxloc(uncertainty/max(abs(lambda), tiny(1.0_wp)), 1, doubtful)) = .false.
-         else
-            accepted(maxloc(abs(lambda), 1, accepted)) = .false.
-         end if
-      end do
-   end subroutine drop_excess
 
    !> Estimates the largest frequency or decay rate (1/s) from the norms of the matrices.
    pure real(wp) function largest_rate(problem)

@@ -43,6 +43,8 @@ module kschur_modes
       procedure :: take
       !> Drops modes, which no longer count as found.
       procedure :: drop
+      !> Drops modes, and lists their eigenvalues as unlisted.
+      procedure :: leave_out
       !> Appends other modes, which count as found.
       procedure :: append
    end type modes_type
@@ -81,6 +83,15 @@ contains
       self%found = self%found - eigenvalues_of(self%lambda, dropped)
       call self%take(pack([(j, j=1, size(dropped))], .not. dropped))
    end subroutine drop
+
+   !> Drops modes whose eigenvalues may belong in the list.
+   subroutine leave_out(self, dropped)
+      class(modes_type), intent(inout) :: self
+      logical, intent(in) :: dropped(:)
+
+      self%unlisted = [self%unlisted, pack(self%lambda, dropped)]
+      call self%drop(dropped)
+   end subroutine leave_out
 
    !> Appends other modes, and adds their `found`.
    subroutine append(self, more)

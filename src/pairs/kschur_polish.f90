@@ -146,13 +146,15 @@ contains
       complex(wp), optional, intent(in) :: lambda(:)
       ! Largest dimension of the space.
       integer, parameter :: largest = 200
+      ! Orthonormal states and their images, 2 n x p, and the solutions [x'; xi], (n + m) x p.
       complex(wp), allocatable :: states(:, :), images(:, :), solutions(:, :)
       type(polished_type) :: current, previous
       real(wp) :: limit, least, progress
       integer(long) :: random_state
-      integer :: step, inside, filled
+      integer :: n, step, inside, filled
       logical :: settled, others_left, accurate, accurate_before
 
+      n = problem%unknowns()
       random_state = state_of_seed(0)
       limit = max(self%tolerance, min(10*worst, inaccurate_above))
       ! Only what leads out of the cluster was no eigenvalue.
@@ -160,7 +162,7 @@ contains
       polished%pairs = chosen_pairs(members, spread(.false., 1, size(members%lambda)))
       allocate (polished%pairs%paired(0), polished%errors(0))
       previous = polished
-      call begin_states(members, cluster, abs(shift), n_random, random_state, states, error)
+      call begin_states()
       if (allocated(error)) return
       step = 0
       filled = 0
@@ -168,8 +170,8 @@ contains
       least = huge(1.0_wp)
       do while (step < max_stagnant_steps .and. size(states, 2) > 0)
          step = step + 1
-         call apply_shift_invert(self, problem, shift, states, images, solutions, error)
-         if (.not. allocated(error)) call find_ritz_pairs(cluster, shift, states, images, solutions, current%pairs, error, lambda)
+         call apply_shift_invert()
+         if (.not. allocated(error)) call find_ritz_pairs(current%pairs)
          if (allocated(error)) return
          if (.not. present(lambda)) call keep_pairs(current%pairs, cluster%holds(current%pairs%lambda))
          inside = cluster%count_eigenvalues(current%pairs%lambda)
@@ -203,7 +205,7 @@ contains
          ! If all Ritz values are within the cluster the space may be too small: adds random vectors, unless the last ones found
          ! nothing.
          if (n_random > 0 .and. inside == size(states, 2) .and. inside > filled .and. inside < largest) then
-            call add_random(n_random, random_state, states)
+            call add_random()
             filled = inside
             step = 0
          end if
@@ -227,6 +229,127 @@ contains
                current%pairs%lambda(i)) <= cancelled*abs(cluster%centre)), i=1, size(current%errors))])
          end if
       end function is_settled
+
+      ! Sets orthonormal start states from the members and random vectors: of a cluster on the real axis the real and imaginary
+      ! parts.
+      subroutine begin_states()
+         integer, allocatable :: oscillating(:)
+         integer :: j, p
+
+         p = cluster%count_eigenvalues(members%lambda)
+         call require_memory(16.0_wp*(p + n_random)*(9*n + 2*size(members%xi, 1)), "mode shapes", error)
+         if (allocated(error)) return
+         allocate (states(2*n, size(members%lambda)))
+         states(:n, :) = members%phi
+         states(n + 1:, :) = spread(members%lambda/abs(shift), 1, n)*members%phi
+         if (cluster%on_axis) then
+            oscillating = pack([(j, j=1, size(members%lambda))], abs(aimag(members%lambda)) > 0)
+            states = cmplx(reshape([real(states, wp), aimag(states(:, oscillating))], [2*n, p]), kind=wp)
+         end if
+         call add_random()
+         call make_orthonormal(states)
+      end subroutine begin_states
+
+      ! Appends random vectors.
+      subroutine add_random()
+         real(wp) :: random(size(states, 1), n_random)
+         integer :: k
+
+         do k = 1, n_random
+            call random_vector(random_state, random(:, k))
+         end do
+         states = reshape([states, cmplx(random, kind=wp)], [size(states, 1), size(states, 2) + n_random])
+      end subroutine add_random
+
+      ! Applies the shift-invert operator to orthonormal states [x; w]. The solutions are refined (Higham 2002, section 12.1) by
+      ! residuals in extended precision,
+      !
+      !     M (s v' + u w) + R v' + K x' + Cq^T xi,  v' = x + s x',
+      !
+      ! so that errors of Ritz values lambda = s + 1/mu are those of mu, times the small distance from the shift.
+      subroutine apply_shift_invert()
+         complex(wp), allocatable :: corrections(:, :)
+         complex(xp) :: x(n), velocity(n), sigma
+         real(wp) :: unit, change, last, rounding
+         integer :: p, j
+
+         p = size(states, 2)
+         if (allocated(images)) deallocate (images)
+         if (allocated(solutions)) deallocate (solutions)
+         unit = abs(shift)
+         sigma = shift
+         allocate (images(2*n, p))
+         allocate (solutions(n + size(self%factors), p), corrections(n + size(self%factors), p), source=(0.0_wp, 0.0_wp))
+         last = huge(1.0_wp)
+         do
+            do j = 1, p
+               x = solutions(:n, j)
+               velocity = states(:n, j) + sigma*x
+               corrections(:n, j) = -residual_of(problem, self%transposed, x, velocity, sigma*velocity + unit*states(n + 1:, j), &
+                  solutions(n + 1:, j))
+               corrections(n + 1:, j) = -self%factors*violations_of(problem%constraints, solutions(:n, j))
+            end do
+            call self%solver%solve(corrections, error)
+            if (allocated(error)) return
+            change = norm2(abs(corrections(:n, :)))
+            if (.not. change <= huge(change)) call new_error(error, error_convergence, "a solution is not finite")
+            if (allocated(error)) return
+            rounding = epsilon(1.0_wp)*norm2(abs(solutions(:n, :)))
+            if (.not. change <= max(slow_refinement*last, rounding)) exit
+            do j = 1, p
+               solutions(:n, j) = solutions(:n, j) + corrections(:n, j)
+               solutions(n + 1:, j) = solutions(n + 1:, j) + self%factors*corrections(n + 1:, j)
+            end do
+            ! One more for entries below the rounding of the largest ones.
+            if (last <= rounding) exit
+            last = change
+         end do
+         images(:n, :) = solutions(:n, :)
+         images(n + 1:, :) = (states(:n, :) + shift*solutions(:n, :))/unit
+      end subroutine apply_shift_invert
+
+      ! Computes the Ritz pairs of a space, on the real axis one of each conjugate pair; or for each given lambda the vector nearest
+      ! to an eigenvector.
+      subroutine find_ritz_pairs(found)
+         type(eigenpairs_type), intent(out) :: found
+         complex(wp), dimension(size(images, 2), size(images, 2)) :: t, u
+         complex(wp), allocatable :: y(:, :), combined(:, :)
+         real(wp), dimension(size(images, 2), size(images, 2)) :: real_t, real_u
+         complex(wp) :: mu(size(images, 2))
+         integer, allocatable :: chosen(:)
+         real(wp) :: noise
+         integer :: p, j
+
+         noise = cancelled*abs(shift)/abs(shift - cluster%centre)
+         p = size(images, 2)
+         t = matmul(conjg(transpose(states)), images)
+         if (present(lambda)) then
+            allocate (found%lambda, source=lambda)
+            allocate (y, source=nearest_eigenvectors(t, 1/(lambda - shift), above_all_rounding*abs(shift)))
+         else if (cluster%on_axis) then
+            real_t = real(t, wp)
+            call schur_form(real_t, real_u, mu, error)
+            if (allocated(error)) return
+            ! Im lambda > 0 belongs to Im mu < 0.
+            chosen = pack([(j, j=1, p)], aimag(mu) <= 0 .and. abs(mu) > 0)
+            call independent_eigenvectors(real_t, noise, chosen, y)
+            y = matmul(real_u, y)
+         else
+            call schur_form(t, u, mu, error)
+            if (allocated(error)) return
+            chosen = pack([(j, j=1, p)], abs(mu) > 0)
+            call independent_eigenvectors(t, noise, chosen, y)
+            y = matmul(u, y)
+         end if
+         if (.not. present(lambda)) allocate (found%lambda, source=shift + 1/mu(chosen))
+         allocate (combined, source=matmul(solutions, y))
+         allocate (found%phi, source=combined(:n, :))
+         allocate (found%xi, source=combined(n + 1:, :))
+         allocate (found%paired, source=abs(aimag(found%lambda)) > 0)
+         do j = 1, size(found%lambda)
+            call normalize(found, j)
+         end do
+      end subroutine find_ritz_pairs
    end subroutine polish
 
    !> The largest backward error, 0 if there are no pairs.
@@ -250,48 +373,6 @@ contains
       end if
    end function is_better
 
-   ! Sets orthonormal start states from the members and random vectors: of a cluster on the real axis the real and imaginary parts.
-   subroutine begin_states(members, cluster, unit, n_random, random_state, states, error)
-      type(eigenpairs_type), intent(in) :: members
-      type(cluster_type), intent(in) :: cluster
-      real(wp), intent(in) :: unit
-      integer, intent(in) :: n_random
-      integer(long), intent(inout) :: random_state
-      !> 2 n x p, orthonormal.
-      complex(wp), allocatable, intent(out) :: states(:, :)
-      type(error_type), allocatable, intent(out) :: error
-      integer, allocatable :: oscillating(:)
-      integer :: j, n, p
-
-      n = members%rows()
-      p = cluster%count_eigenvalues(members%lambda)
-      call require_memory(16.0_wp*(p + n_random)*(9*n + 2*size(members%xi, 1)), "mode shapes", error)
-      if (allocated(error)) return
-      allocate (states(2*n, size(members%lambda)))
-      states(:n, :) = members%phi
-      states(n + 1:, :) = spread(members%lambda/unit, 1, n)*members%phi
-      if (cluster%on_axis) then
-         oscillating = pack([(j, j=1, size(members%lambda))], abs(aimag(members%lambda)) > 0)
-         states = cmplx(reshape([real(states, wp), aimag(states(:, oscillating))], [2*n, p]), kind=wp)
-      end if
-      call add_random(n_random, random_state, states)
-      call make_orthonormal(states)
-   end subroutine begin_states
-
-   ! Appends random vectors.
-   subroutine add_random(n_random, random_state, states)
-      integer, intent(in) :: n_random
-      integer(long), intent(inout) :: random_state
-      complex(wp), allocatable, intent(inout) :: states(:, :)
-      real(wp) :: random(size(states, 1), n_random)
-      integer :: k
-
-      do k = 1, n_random
-         call random_vector(random_state, random(:, k))
-      end do
-      states = reshape([states, cmplx(random, kind=wp)], [size(states, 1), size(states, 2) + n_random])
-   end subroutine add_random
-
    ! Orthonormalizes states, and drops those that depend on others.
    subroutine make_orthonormal(states)
       complex(wp), allocatable, intent(inout) :: states(:, :)
@@ -302,112 +383,12 @@ contains
       if (kept < size(states, 2)) states = states(:, :kept)
    end subroutine make_orthonormal
 
-   ! Applies the shift-invert operator to orthonormal states [x; w]. The solutions are refined (Higham 2002, section 12.1) by
-   ! residuals in extended precision,
-   !
-   !     M (s v' + u w) + R v' + K x' + Cq^T xi,  v' = x + s x',
-   !
-   ! so that errors of Ritz values lambda = s + 1/mu are those of mu, times the small distance from the shift.
-   subroutine apply_shift_invert(self, problem, shift, states, images, solutions, error)
-      class(polisher_type), intent(inout) :: self
-      type(modal_problem_type), intent(in) :: problem
-      complex(wp), intent(in) :: shift, states(:, :)
-      !> The images, 2 n x p, and the solutions [x'; xi], (n + m) x p.
-      complex(wp), allocatable, intent(out) :: images(:, :), solutions(:, :)
-      type(error_type), allocatable, intent(out) :: error
-      complex(wp), allocatable :: corrections(:, :)
-      complex(xp) :: x(size(states, 1)/2), velocity(size(states, 1)/2), sigma
-      real(wp) :: unit, change, last, rounding
-      integer :: n, p, j
-
-      n = problem%unknowns()
-      p = size(states, 2)
-      unit = abs(shift)
-      sigma = shift
-      allocate (images(2*n, p))
-      allocate (solutions(n + size(self%factors), p), corrections(n + size(self%factors), p), source=(0.0_wp, 0.0_wp))
-      last = huge(1.0_wp)
-      do
-         do j = 1, p
-            x = solutions(:n, j)
-            velocity = states(:n, j) + sigma*x
-            corrections(:n, j) = -residual_of(problem, self%transposed, x, velocity, sigma*velocity + unit*states(n + 1:, j), &
-               solutions(n + 1:, j))
-            corrections(n + 1:, j) = -self%factors*violations_of(problem%constraints, solutions(:n, j))
-         end do
-         call self%solver%solve(corrections, error)
-         if (allocated(error)) return
-         change = norm2(abs(corrections(:n, :)))
-         if (.not. change <= huge(change)) call new_error(error, error_convergence, "a solution is not finite")
-         if (allocated(error)) return
-         rounding = epsilon(1.0_wp)*norm2(abs(solutions(:n, :)))
-         if (.not. change <= max(slow_refinement*last, rounding)) exit
-         do j = 1, p
-            solutions(:n, j) = solutions(:n, j) + corrections(:n, j)
-            solutions(n + 1:, j) = solutions(n + 1:, j) + self%factors*corrections(n + 1:, j)
-         end do
-         ! One more for entries below the rounding of the largest ones.
-         if (last <= rounding) exit
-         last = change
-      end do
-      images(:n, :) = solutions(:n, :)
-      images(n + 1:, :) = (states(:n, :) + shift*solutions(:n, :))/unit
-   end subroutine apply_shift_invert
-
    ! Norm of the part of the images that is orthogonal to the orthonormal states, relative to the images.
    real(wp) function block_residual(states, images)
       complex(wp), intent(in) :: states(:, :), images(:, :)
 
       block_residual = norm2(abs(images - matmul(states, matmul(conjg(transpose(states)), images))))/norm2(abs(images))
    end function block_residual
-
-   ! Computes the Ritz pairs of a space, on the real axis one of each conjugate pair; or for each given lambda the vector nearest to
-   ! an eigenvector.
-   subroutine find_ritz_pairs(cluster, shift, states, images, solutions, found, error, lambda)
-      type(cluster_type), intent(in) :: cluster
-      complex(wp), intent(in) :: shift, states(:, :), images(:, :), solutions(:, :)
-      type(eigenpairs_type), intent(out) :: found
-      type(error_type), allocatable, intent(out) :: error
-      complex(wp), optional, intent(in) :: lambda(:)
-      complex(wp), dimension(size(images, 2), size(images, 2)) :: t, u
-      complex(wp), allocatable :: y(:, :), combined(:, :)
-      real(wp), dimension(size(images, 2), size(images, 2)) :: real_t, real_u
-      complex(wp) :: mu(size(images, 2))
-      integer, allocatable :: chosen(:)
-      real(wp) :: noise
-      integer :: n, p, j
-
-      noise = cancelled*abs(shift)/abs(shift - cluster%centre)
-      n = size(images, 1)/2
-      p = size(images, 2)
-      t = matmul(conjg(transpose(states)), images)
-      if (present(lambda)) then
-         allocate (found%lambda, source=lambda)
-         allocate (y, source=nearest_eigenvectors(t, 1/(lambda - shift), above_all_rounding*abs(shift)))
-      else if (cluster%on_axis) then
-         real_t = real(t, wp)
-         call schur_form(real_t, real_u, mu, error)
-         if (allocated(error)) return
-         ! Im lambda > 0 belongs to Im mu < 0.
-         chosen = pack([(j, j=1, p)], aimag(mu) <= 0 .and. abs(mu) > 0)
-         call independent_eigenvectors(real_t, noise, chosen, y)
-         y = matmul(real_u, y)
-      else
-         call schur_form(t, u, mu, error)
-         if (allocated(error)) return
-         chosen = pack([(j, j=1, p)], abs(mu) > 0)
-         call independent_eigenvectors(t, noise, chosen, y)
-         y = matmul(u, y)
-      end if
-      if (.not. present(lambda)) allocate (found%lambda, source=shift + 1/mu(chosen))
-      allocate (combined, source=matmul(solutions, y))
-      allocate (found%phi, source=combined(:n, :))
-      allocate (found%xi, source=combined(n + 1:, :))
-      allocate (found%paired, source=abs(aimag(found%lambda)) > 0)
-      do j = 1, size(found%lambda)
-         call normalize(found, j)
-      end do
-   end subroutine find_ritz_pairs
 
    ! Unit vectors y that minimize ||(T - mu) y|| for given mu, by singular vectors. Eigenvectors of T would belong to its own
    ! eigenvalues: the roots of a defective one are split by rounding. A term of the size of the noise makes the vectors of copies

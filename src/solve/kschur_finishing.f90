@@ -56,21 +56,78 @@ contains
       type(cluster_type), allocatable :: clusters(:)
 
       call s%hold(whole_iterated, error)
-      if (.not. allocated(error)) call judge(s, modes, judgement, error)
+      if (.not. allocated(error)) call judge()
       if (allocated(error)) return
-      call find_suspects(modes, judgement, s%is_lossy(), clusters)
+      call find_suspects()
       call polish_clusters(s, modes, clusters, judgement, .false., error)
-      if (.not. (allocated(error) .or. is_counted(s))) call leave_out(modes, judgement%not_found)
+      if (.not. (allocated(error) .or. is_counted(s))) call modes%leave_out(judgement%not_found)
+
+   contains
+
+      ! Decides which modes are inaccurate or in doubt.
+      subroutine judge()
+         type(eigenpairs_type) :: given
+         real(wp), allocatable :: errors(:), bounds(:)
+         logical, allocatable :: candidates(:)
+         logical :: by_terms
+
+         allocate (judgement%errors, source=modes%backward_error)
+         allocate (judgement%uncertainty, source=modes%uncertainty)
+         ! Backward errors are relative to the largest terms, and say little about small eigenvalues or small units. So if units are
+         ! uneven, or the set is complete and each of its eigenvalues must be accurate, residuals are compared with their own terms.
+         by_terms = s%plan%spread_of_units() > uneven .or. (s%known%total%exact .and. modes%found == s%known%total%number)
+         if (by_terms) judgement%errors = max(judgement%errors, residual_parts(s%work, modes, &
+            modes%backward_error <= s%options%good_enough()))
+         ! Rigid motions and their decays are known from the examination.
+         allocate (candidates, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
+         ! A pair with a larger backward error is not near an eigenpair, except in those two cases.
+         if (.not. by_terms) candidates = candidates .and. judgement%errors <= no_correct_digits
+         ! What lies below the real axis, as with losses, is no mode, unless its error moved it there.
+         allocate (judgement%poor, source=candidates .and. &
+            (judgement%errors > s%options%good_enough() .or. aimag(modes%lambda) < 0))
+         allocate (judgement%doubtful, source=candidates .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda))
+         if (.not. any(judgement%doubtful)) return
+         ! Error bounds may be better in the units of the problem as given.
+         allocate (errors(count(judgement%doubtful)), bounds(count(judgement%doubtful)))
+         call require_memory(s%bytes_of_shapes(2*size(errors)), "mode shapes", error)
+         if (allocated(error)) return
+         given = chosen_pairs(modes, judgement%doubtful)
+         call s%hold(whole_given, error)
+         if (.not. allocated(error)) call s%expand(given, error)
+         if (allocated(error)) return
+         call judge_as_given(s%problem, given, spread(.false., 1, size(errors)), errors, bounds)
+         where (.not. bounds >= 0) bounds = huge(1.0_wp)
+         judgement%uncertainty = min(judgement%uncertainty, unpack(bounds, judgement%doubtful, huge(1.0_wp)))
+         judgement%doubtful = judgement%doubtful .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda)
+         call s%hold(whole_iterated, error)
+         if (allocated(error)) return
+         judgement%doubtful = unpack(may_be_infinite(s%work, chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
+      end subroutine judge
+
+      ! Splits the modes into clusters, and keeps those to be polished, as wide as the errors of their members may be: where a
+      ! member is inaccurate or in doubt, or members are linearly dependent.
+      subroutine find_suspects()
+         real(wp), allocatable :: discs(:)
+         logical, allocatable :: is_suspect(:)
+         integer :: i
+
+         allocate (discs, source=same_value*abs(modes%lambda))
+         where (judgement%poor) discs = max(discs, min(judgement%uncertainty, no_correct_digits*abs(modes%lambda)))
+         call split(modes%lambda, discs, clusters, lossy=s%is_lossy())
+         allocate (is_suspect(size(clusters)))
+         do i = 1, size(clusters)
+            clusters(i)%disc = 0
+            associate (cluster => clusters(i), members => clusters(i)%members)
+               is_suspect(i) = any(judgement%poor(members) .or. judgement%doubtful(members))
+               if (.not. is_suspect(i) .and. size(members) > 1 .and. abs(cluster%centre) > 0) &
+                  is_suspect(i) = any(independent_parts(modes, members) <= dependent_state)
+               if (any(judgement%poor(members))) call cluster%widen(no_correct_digits)
+               if (any(judgement%doubtful(members))) call cluster%widen(doubtful_radius)
+            end associate
+         end do
+         clusters = pack(clusters, is_suspect)
+      end subroutine find_suspects
    end subroutine finish_modes
-
-   ! Drops modes, which are infinite eigenvalues moved by rounding, or modes that are not known.
-   subroutine leave_out(modes, dropped)
-      type(modes_type), intent(inout) :: modes
-      logical, intent(in) :: dropped(:)
-
-      modes%unlisted = [modes%unlisted, pack(modes%lambda, dropped)]
-      call modes%drop(dropped)
-   end subroutine leave_out
 
    !> Refines the modes of a small problem: of unsymmetric problems all, as no Rayleigh functional makes eigenvalues more accurate
    !> than shapes, and a small residual bounds their errors badly; of symmetric problems those with large error bounds. A mode that
@@ -94,7 +151,7 @@ contains
          if (pass == 2) discs = merge(no_correct_digits*abs(modes%lambda), 0.0_wp, judgement%doubtful)
          discs = max(same_value*abs(modes%lambda), discs)
          call split(modes%lambda, discs, clusters, lossy=s%is_lossy())
-         clusters = pack(clusters, [(may_refine(s, modes, clusters(i), judgement%doubtful), i=1, size(clusters))])
+         clusters = pack(clusters, [(may_refine(clusters(i)), i=1, size(clusters))])
          do i = 1, size(clusters)
             associate (cluster => clusters(i), uncertain => maxval(modes%uncertainty(clusters(i)%members)))
                ! If modes may be missing, a step beyond a hundredth and the error bound may have led to one of them.
@@ -108,22 +165,22 @@ contains
          call polish_clusters(s, modes, clusters, judgement, .true., error)
          if (allocated(error)) return
       end do
-      if (allocated(judgement%not_found)) call leave_out(modes, judgement%not_found)
+      if (allocated(judgement%not_found)) call modes%leave_out(judgement%not_found)
+
+   contains
+
+      ! Whether a cluster can be refined, and has a chosen member.
+      logical function may_refine(cluster)
+         type(cluster_type), intent(in) :: cluster
+
+         associate (members => cluster%members)
+            may_refine = any(judgement%doubtful(members)) .and. &
+               all(abs(modes%lambda(members)) > 0 .and. .not. are_known(s, modes%lambda(members)))
+            ! With losses an eigenvalue on the real axis would get a side of it by rounding.
+            if (s%is_lossy()) may_refine = may_refine .and. all(abs(aimag(modes%lambda(members))) > 0)
+         end associate
+      end function may_refine
    end subroutine refine_modes
-
-   ! Whether a cluster can be refined, and has a chosen member.
-   logical function may_refine(s, modes, cluster, chosen)
-      type(solve_context_type), intent(in) :: s
-      type(modes_type), intent(in) :: modes
-      type(cluster_type), intent(in) :: cluster
-      logical, intent(in) :: chosen(:)
-
-      associate (members => cluster%members)
-         may_refine = any(chosen(members)) .and. all(abs(modes%lambda(members)) > 0 .and. .not. are_known(s, modes%lambda(members)))
-         ! With losses an eigenvalue on the real axis would get a side of it by rounding.
-         if (s%is_lossy()) may_refine = may_refine .and. all(abs(aimag(modes%lambda(members))) > 0)
-      end associate
-   end function may_refine
 
    ! Polishes clusters, and replaces their members by the pairs found, the last modes of the list then.
    subroutine polish_clusters(s, modes, clusters, judgement, refines, error)
@@ -255,49 +312,6 @@ contains
       call keep_pairs(pairs, [(independent_part(known, pairs, j, same_value) > dependent_state, j=1, size(pairs%lambda))])
    end subroutine drop_dependent
 
-   ! Decides which modes are inaccurate or in doubt.
-   subroutine judge(s, modes, judgement, error)
-      type(solve_context_type), intent(inout) :: s
-      type(modes_type), intent(in) :: modes
-      type(judgement_type), intent(out) :: judgement
-      type(error_type), allocatable, intent(out) :: error
-      type(eigenpairs_type) :: given
-      real(wp), allocatable :: errors(:), bounds(:)
-      logical, allocatable :: candidates(:)
-      logical :: by_terms
-
-      allocate (judgement%errors, source=modes%backward_error)
-      allocate (judgement%uncertainty, source=modes%uncertainty)
-      ! Backward errors are relative to the largest terms, and say little about small eigenvalues or small units. So if units are
-      ! uneven, or the set is complete and each of its eigenvalues must be accurate, residuals are compared with their own terms.
-      by_terms = s%plan%spread_of_units() > uneven .or. (s%known%total%exact .and. modes%found == s%known%total%number)
-      if (by_terms) judgement%errors = max(judgement%errors, residual_parts(s%work, modes, &
-         modes%backward_error <= s%options%good_enough()))
-      ! Rigid motions and their decays are known from the examination.
-      allocate (candidates, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
-      ! A pair with a larger backward error is not near an eigenpair, except in those two cases.
-      if (.not. by_terms) candidates = candidates .and. judgement%errors <= no_correct_digits
-      ! What lies below the real axis, as with losses, is no mode, unless its error moved it there.
-      allocate (judgement%poor, source=candidates .and. (judgement%errors > s%options%good_enough() .or. aimag(modes%lambda) < 0))
-      allocate (judgement%doubtful, source=candidates .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda))
-      if (.not. any(judgement%doubtful)) return
-      ! Error bounds may be better in the units of the problem as given.
-      allocate (errors(count(judgement%doubtful)), bounds(count(judgement%doubtful)))
-      call require_memory(s%bytes_of_shapes(2*size(errors)), "mode shapes", error)
-      if (allocated(error)) return
-      given = chosen_pairs(modes, judgement%doubtful)
-      call s%hold(whole_given, error)
-      if (.not. allocated(error)) call s%expand(given, error)
-      if (allocated(error)) return
-      call judge_as_given(s%problem, given, spread(.false., 1, size(errors)), errors, bounds)
-      where (.not. bounds >= 0) bounds = huge(1.0_wp)
-      judgement%uncertainty = min(judgement%uncertainty, unpack(bounds, judgement%doubtful, huge(1.0_wp)))
-      judgement%doubtful = judgement%doubtful .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda)
-      call s%hold(whole_iterated, error)
-      if (allocated(error)) return
-      judgement%doubtful = unpack(may_be_infinite(s%work, chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
-   end subroutine judge
-
    !> Whether no mode needs polishing for its backward error: it is small enough, beyond repair, or that of a rigid motion.
    pure logical function are_good(s, modes)
       type(solve_context_type), intent(in) :: s
@@ -306,42 +320,6 @@ contains
       are_good = all(modes%backward_error <= s%options%good_enough() .or. modes%backward_error > no_correct_digits .or. &
          modes%motion > 0)
    end function are_good
-
-   ! Splits the modes into clusters, and returns those to be polished, as wide as the errors of their members may be.
-   subroutine find_suspects(modes, judgement, lossy, suspects)
-      type(modes_type), intent(in) :: modes
-      type(judgement_type), intent(in) :: judgement
-      !> Whether the problem has losses.
-      logical, intent(in) :: lossy
-      type(cluster_type), allocatable, intent(out) :: suspects(:)
-      real(wp), allocatable :: discs(:)
-      integer :: i
-
-      allocate (discs, source=same_value*abs(modes%lambda))
-      where (judgement%poor) discs = max(discs, min(judgement%uncertainty, no_correct_digits*abs(modes%lambda)))
-      call split(modes%lambda, discs, suspects, lossy=lossy)
-      suspects = pack(suspects, [(is_suspect(suspects(i)), i=1, size(suspects))])
-      do i = 1, size(suspects)
-         suspects(i)%disc = 0
-         associate (members => suspects(i)%members)
-            if (any(judgement%poor(members))) call suspects(i)%widen(no_correct_digits)
-            if (any(judgement%doubtful(members))) call suspects(i)%widen(doubtful_radius)
-         end associate
-      end do
-
-   contains
-
-      ! Whether a member is inaccurate or in doubt, or members are linearly dependent.
-      logical function is_suspect(cluster)
-         type(cluster_type), intent(in) :: cluster
-
-         associate (members => cluster%members)
-            is_suspect = any(judgement%poor(members) .or. judgement%doubtful(members))
-            if (.not. is_suspect .and. size(members) > 1 .and. abs(cluster%centre) > 0) &
-               is_suspect = any(independent_parts(modes, members) <= dependent_state)
-         end associate
-      end function is_suspect
-   end subroutine find_suspects
 
    ! Makes the shapes of undamped or proportionally damped modes real: they are real but for a complex factor, or, for copies,
    ! complex combinations of real shapes, which are made orthogonal.
