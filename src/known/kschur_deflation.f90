@@ -65,7 +65,7 @@ contains
       real(wp), intent(in) :: multipliers(:, :)
       real(wp), allocatable :: vectors(:, :), inertia(:, :), damping_forces(:, :), decay(:), level(:)
       logical :: separate
-      integer :: n, m, k, i
+      integer :: n, m, k
 
       n = problem%unknowns()
       m = problem%multipliers()
@@ -78,9 +78,7 @@ contains
       inertia = problem%mass%product(vectors(:n, :))
       damping_forces = problem%damping%product(vectors(:n, :))
       allocate (level, source=cancelled*problem%damping%infinity_norm()*maxval(abs(vectors(:n, :)), 1))
-      do i = 1, k
-         separate = separate .and. maxval(abs(damping_forces(:, i) - decay(i)*inertia(:, i))) <= level(i)
-      end do
+      separate = separate .and. all(maxval(abs(damping_forces - spread(decay, 1, n)*inertia), 1) <= level)
       if (.not. separate) k = 0
       deflation%not_deflated = size(motions, 2) - k
       allocate (deflation%shapes, source=vectors(:n, :k))
@@ -107,40 +105,39 @@ contains
       real(wp), allocatable :: damping_forces(:, :), terms(:, :), energies(:)
 
       given = x
-      call diagonalize(problem, x, rates, damping_forces, terms, energies, done)
+      call diagonalize()
       if (problem%damping_kind == damping_general .and. any(abs(rates) > 0) .and. &
          any(abs(rates) <= root_epsilon*max(energies, maxval(abs(rates))))) then
          x = given
          call separate_motions(x, problem%damping, problem%mass)
-         call diagonalize(problem, x, rates, damping_forces, terms, energies, done)
+         call diagonalize()
       end if
       where (all(abs(damping_forces) <= root_epsilon*terms, 1) .and. abs(rates) <= rounding_of_energy*energies) rates = 0
+
+   contains
+
+      ! Diagonalizes damping by LAPACK's dsygv, and computes the forces R X, their terms |R| |X|, the rates as Rayleigh quotients,
+      ! and the terms |X|^T |R| |X| of these.
+      subroutine diagonalize()
+         real(wp), allocatable :: mass(:, :), damping(:, :), work(:)
+         integer :: n, k, info
+
+         n = problem%unknowns()
+         k = size(x, 2)
+         damping_forces = problem%damping%product(x(:n, :))
+         mass = matmul(transpose(x(:n, :)), problem%mass%product(x(:n, :)))
+         damping = matmul(transpose(x(:n, :)), damping_forces)
+         if (.not. allocated(rates)) allocate (rates(k))
+         allocate (work(10*k + 1))
+         call dsygv(1, "V", "U", k, damping, max(k, 1), mass, max(k, 1), rates, work, size(work), info)
+         done = info == 0
+         x = matmul(x, damping)
+         damping_forces = matmul(damping_forces, damping)
+         terms = terms_of(problem%damping, magnitudes(x(:n, :)))
+         rates = sum(x(:n, :)*damping_forces, 1)
+         energies = sum(magnitudes(x(:n, :))*terms, 1)
+      end subroutine diagonalize
    end subroutine diagonalize_damping
-
-   ! Diagonalizes damping by LAPACK's dsygv, and computes the forces R X, their terms |R| |X|, the rates as Rayleigh quotients, and
-   ! the terms |X|^T |R| |X| of these.
-   subroutine diagonalize(problem, x, rates, damping_forces, terms, energies, done)
-      type(modal_problem_type), intent(in) :: problem
-      real(wp), intent(inout) :: x(:, :)
-      real(wp), allocatable, intent(out) :: rates(:), damping_forces(:, :), terms(:, :), energies(:)
-      logical, intent(out) :: done
-      real(wp), allocatable :: mass(:, :), damping(:, :), work(:)
-      integer :: n, k, info
-
-      n = problem%unknowns()
-      k = size(x, 2)
-      damping_forces = problem%damping%product(x(:n, :))
-      mass = matmul(transpose(x(:n, :)), problem%mass%product(x(:n, :)))
-      damping = matmul(transpose(x(:n, :)), damping_forces)
-      allocate (rates(k), work(10*k + 1))
-      call dsygv(1, "V", "U", k, damping, max(k, 1), mass, max(k, 1), rates, work, size(work), info)
-      done = info == 0
-      x = matmul(x, damping)
-      damping_forces = matmul(damping_forces, damping)
-      terms = terms_of(problem%damping, magnitudes(x(:n, :)))
-      rates = sum(x(:n, :)*damping_forces, 1)
-      energies = sum(magnitudes(x(:n, :))*terms, 1)
-   end subroutine diagonalize
 
    ! The largest lambda (1/s) at which lambda^2 phi^T M phi is at most `hidden_inertia` times the rounding of phi^T K phi, over the
    ! motions phi. A motion without inertia to rounding is skipped: its zero is not double, and rounding of K moves it little.

@@ -96,8 +96,7 @@ contains
       examination%doubtful = rigid%doubtful
       examination%radius_of_zeros = rigid%radius
       ! If H = g K its null space is that of K.
-      if (allocated(problem%loss) .and. .not. abs(problem%loss_factor) > 0) &
-         call drop_lossy(problem, rigid, examination%lossy, error)
+      if (allocated(problem%loss) .and. .not. abs(problem%loss_factor) > 0) call drop_lossy()
       if (allocated(error)) return
       call set_rigid_motions(problem, rigid, examination)
       needs_root_spaces = modes > (problem%unknowns() - problem%multipliers())/most_part .or. &
@@ -128,9 +127,9 @@ contains
                examination%chains_skipped = deflation%not_deflated
             else if (deflation%not_deflated > 0) then
                call find_chains(deflation%zero, rigid, problem%mass)
-               if (lossy) call drop_complex_chains(deflation%zero, problem, size(rigid%motions, 2), error)
+               if (lossy) call drop_complex_chains(deflation%zero)
                if (.not. (allocated(error) .or. lossy) .and. problem%symmetric .and. .not. deflation%oscillator) &
-                  call add_decays(problem, rigid, examination, error)
+                  call add_decays()
                if (allocated(error)) return
             end if
             ! With losses the chains of infinity are complex.
@@ -160,37 +159,70 @@ contains
             call find_root_space(space, null_space, problem%damping, other_end, error, monitor)
          end if
       end subroutine find_chains
+
+      ! Drops the null vectors of K in which H dissipates energy: keeps the combinations N with H N = 0, by singular vectors of H N.
+      ! N has errors of the rounding of K: accepts forces H N below the square root of epsilon, and energies N^T H N below rounding.
+      subroutine drop_lossy()
+         real(wp), allocatable :: forces(:, :), singular(:), rotation(:, :), rotated(:, :), most(:)
+         logical, allocatable :: is_lossless(:)
+         integer, allocatable :: lossless(:)
+         integer :: k, j
+
+         examination%lossy = 0
+         k = size(rigid%motions, 2)
+         if (k == 0) return
+         call right_singular_vectors(problem%loss%product(rigid%motions), singular, rotation, error)
+         if (allocated(error)) return
+         rotated = matmul(rigid%motions, rotation)
+         forces = problem%loss%product(rotated)
+         most = problem%loss%infinity_norm()*norm2(rotated, 1)
+         is_lossless = norm2(forces, 1) <= root_epsilon*most .and. &
+            abs(sum(rotated*forces, 1)) <= cancelled*most*norm2(rotated, 1)
+         lossless = pack([(j, j=1, k)], is_lossless)
+         examination%lossy = k - size(lossless)
+         if (examination%lossy == 0) return
+         rigid%motions = rotated(:, lossless)
+         rigid%multipliers = matmul(rigid%multipliers, rotation(:, lossless))
+      end subroutine drop_lossy
+
+      ! Drops a root space of zero that was computed from K in the place of K + i H, unless it is known to be the same: K and H are
+      ! symmetric, so that their left null vectors are the right ones, and no state behind these was solved for. Otherwise its
+      ! chains are complex, and an iteration finds them.
+      subroutine drop_complex_chains(space)
+         type(root_space_type), intent(inout) :: space
+         logical :: same
+
+         same = .not. allocated(error)
+         if (same) then
+            same = problem%stiffness%is_symmetric() .and. problem%loss%is_symmetric() .and. &
+               .not. any(abs(space%x(:, size(rigid%motions, 2) + 1:)) > 0)
+         else if (error%code == error_singular) then
+            ! Chains of K have no end.
+            deallocate (error)
+         end if
+         if (.not. same) space = root_space_type()
+      end subroutine drop_complex_chains
+
+      ! Adds the decays of rigid motions that are below the rounding of the stiffness, so that no iteration could resolve them, to
+      ! the root space of zero and to the rigid motions.
+      subroutine add_decays()
+         real(wp), allocatable :: lambda(:), x(:, :)
+         type(eigenpairs_type) :: pairs
+         integer :: n
+
+         n = problem%unknowns()
+         associate (deflation => examination%deflation)
+            call find_rigid_decays(problem, rigid, 2*deflation%not_deflated - deflation%zero%multiplicity(), &
+               deflation%zero_noise, lambda, x, error)
+            if (allocated(error) .or. size(lambda) == 0) return
+            call deflation%zero%add_eigenpairs(cmplx(lambda, kind=wp), cmplx(x(:n, :), kind=wp))
+         end associate
+         allocate (pairs%lambda, source=cmplx(lambda, 0, wp))
+         allocate (pairs%real_phi, source=x(:n, :))
+         allocate (pairs%xi, source=cmplx(x(n + 1:, :), 0, wp))
+         call append_pairs(examination%rigid, pairs)
+      end subroutine add_decays
    end subroutine find_rigid_motions
-
-   ! Drops the null vectors of K in which H dissipates energy: keeps the combinations N with H N = 0, by singular vectors of H N.
-   ! N has errors of the rounding of K: accepts forces H N below the square root of epsilon, and energies N^T H N below rounding.
-   subroutine drop_lossy(problem, null_space, lossy, error)
-      type(modal_problem_type), intent(in) :: problem
-      type(null_space_type), intent(inout) :: null_space
-      !> Number of null vectors dropped.
-      integer, intent(out) :: lossy
-      type(error_type), allocatable, intent(inout) :: error
-      real(wp), allocatable :: forces(:, :), singular(:), rotation(:, :), rotated(:, :), most(:)
-      logical, allocatable :: is_lossless(:)
-      integer, allocatable :: lossless(:)
-      integer :: k, j
-
-      k = size(null_space%motions, 2)
-      lossy = 0
-      if (k == 0) return
-      call right_singular_vectors(problem%loss%product(null_space%motions), singular, rotation, error)
-      if (allocated(error)) return
-      rotated = matmul(null_space%motions, rotation)
-      forces = problem%loss%product(rotated)
-      most = problem%loss%infinity_norm()*norm2(rotated, 1)
-      is_lossless = norm2(forces, 1) <= root_epsilon*most .and. &
-         abs(sum(rotated*forces, 1)) <= cancelled*most*norm2(rotated, 1)
-      lossless = pack([(j, j=1, k)], is_lossless)
-      lossy = k - size(lossless)
-      if (lossy == 0) return
-      null_space%motions = rotated(:, lossless)
-      null_space%multipliers = matmul(null_space%multipliers, rotation(:, lossless))
-   end subroutine drop_lossy
 
    !> Sets the examination of a problem without rigid motions, where they are not searched for.
    subroutine assume_no_rigid_motions(problem, examination)
@@ -274,51 +306,6 @@ contains
             all(abs(product(:, 1)) <= rounding_of_row*matrix%row_maxima()*maxval(abs(candidate)))
       end function vanishes
    end subroutine check_inertia
-
-   ! Drops a root space of zero that was computed from K in the place of K + i H, unless it is known to be the same: K and H are
-   ! symmetric, so that their left null vectors are the right ones, and no state behind these was solved for. Otherwise its chains
-   ! are complex, and an iteration finds them.
-   subroutine drop_complex_chains(space, problem, null_vectors, error)
-      type(root_space_type), intent(inout) :: space
-      type(modal_problem_type), intent(in) :: problem
-      integer, intent(in) :: null_vectors
-      !> `error_singular` of chains of K without an end is dropped, too.
-      type(error_type), allocatable, intent(inout) :: error
-      logical :: same
-
-      same = .not. allocated(error)
-      if (same) then
-         same = problem%stiffness%is_symmetric() .and. problem%loss%is_symmetric() .and. &
-            .not. any(abs(space%x(:, null_vectors + 1:)) > 0)
-      else if (error%code == error_singular) then
-         deallocate (error)
-      end if
-      if (.not. same) space = root_space_type()
-   end subroutine drop_complex_chains
-
-   ! Adds the decays of rigid motions that are below the rounding of the stiffness, so that no iteration could resolve them, to the
-   ! root space of zero and to the rigid motions.
-   subroutine add_decays(problem, rigid, examination, error)
-      type(modal_problem_type), intent(in) :: problem
-      type(null_space_type), intent(inout) :: rigid
-      type(examination_type), intent(inout) :: examination
-      type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: lambda(:), x(:, :)
-      type(eigenpairs_type) :: pairs
-      integer :: n
-
-      n = problem%unknowns()
-      associate (deflation => examination%deflation)
-         call find_rigid_decays(problem, rigid, 2*deflation%not_deflated - deflation%zero%multiplicity(), &
-            deflation%zero_noise, lambda, x, error)
-         if (allocated(error) .or. size(lambda) == 0) return
-         call deflation%zero%add_eigenpairs(cmplx(lambda, kind=wp), cmplx(x(:n, :), kind=wp))
-      end associate
-      allocate (pairs%lambda, source=cmplx(lambda, 0, wp))
-      allocate (pairs%real_phi, source=x(:n, :))
-      allocate (pairs%xi, source=cmplx(x(n + 1:, :), 0, wp))
-      call append_pairs(examination%rigid, pairs)
-   end subroutine add_decays
 
    ! The coefficient A1 of K + theta A1, or of M + A1/theta: the given matrix, but its negative in the undamped formulation, whose
    ! theta is omega^2 = -lambda^2.

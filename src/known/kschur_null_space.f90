@@ -277,6 +277,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer(long) :: state
       integer :: block_size, n, n_before, n_new
+      ! Whether some vector grew as a null vector does, but its force is above the tolerance.
       logical :: doubtful
 
       n = space%unknowns
@@ -286,59 +287,109 @@ contains
       do
          n_before = size(basis, 2)
          block_size = min(block_size, n - n_before)
-         call add_null_vectors(space, block_size, transposed, state, basis, doubtful, error)
+         call add_null_vectors()
          if (allocated(error)) return
          n_new = size(basis, 2) - n_before
          ! A block separates null vectors from others better than a single vector: one that is doubtful is repeated with a block.
          if (size(basis, 2) == n .or. (n_new < block_size .and. .not. (doubtful .and. (block_size == 1 .or. n_new > 0)))) exit
          if (block_size == 1 .or. n_new == block_size) block_size = economic_block*max(1, size(basis, 2)/economic_block)
       end do
-      if (space%symmetric .and. size(basis, 2) > 0) call drop_flexible(space, state, basis, error)
-   end subroutine find_null_vectors
+      if (space%symmetric .and. size(basis, 2) > 0) call drop_flexible()
 
-   ! Drops vectors with strain energy: flexible modes whose forces are rounding relative to the largest of A, as the lowest ones of
-   ! a long chain. Separates them from null vectors by inverse subspace iteration with Rayleigh-Ritz in a larger space: energies of
-   ! modes converge to positive values, those of null vectors to zero. Sets `doubtful`.
-   subroutine drop_flexible(space, state, basis, error)
-      class(null_space_type), intent(inout) :: space
-      integer(long), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: basis(:, :)
-      type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: most_turns = 20
-      real(wp), allocatable :: x(:, :), energies(:), energies_before(:), relative_energies(:)
-      logical, allocatable :: is_null(:), is_settled(:)
-      integer :: n, k, turn, j
+   contains
 
-      n = space%unknowns
-      k = size(basis, 2)
-      allocate (x, source=basis)
-      call diagonalize_energies(space%matrix, n, x, energies, relative_energies, error)
-      if (allocated(error)) return
-      space%doubtful = any(relative_energies > rounding_of_energy)
-      if (all(relative_energies <= rounding_of_row)) return
-      deallocate (x)
-      allocate (x(size(basis, 1), min(n, k + max(k, 2*economic_block))), source=0.0_wp)
-      x(:, :k) = basis
-      allocate (energies_before(0))
-      do turn = 1, most_turns
-         x(n + 1:, :) = 0
-         call orthonormalize(x(:, :0), n, x, state)
-         call solve(space, .false., x, error)
-         if (allocated(error)) return
-         call orthonormalize(x(:, :0), n, x)
+      ! Drops vectors with strain energy: flexible modes whose forces are rounding relative to the largest of A, as the lowest ones
+      ! of a long chain. Separates them from null vectors by inverse subspace iteration with Rayleigh-Ritz in a larger space:
+      ! energies of modes converge to positive values, those of null vectors to zero. Sets `doubtful`.
+      subroutine drop_flexible()
+         integer, parameter :: most_turns = 20
+         real(wp), allocatable :: x(:, :), energies(:), energies_before(:), relative_energies(:)
+         logical, allocatable :: is_null(:), is_settled(:)
+         integer :: k, turn, j
+
+         k = size(basis, 2)
+         allocate (x, source=basis)
          call diagonalize_energies(space%matrix, n, x, energies, relative_energies, error)
          if (allocated(error)) return
-         is_null = relative_energies <= rounding_of_row
-         is_settled = energies >= force_tolerance(space)
-         if (size(energies_before) == size(energies)) is_settled = is_settled .or. &
-            energies >= merge(contraction, 1 - blurred_value, is_null)*energies_before
-         if (all(is_settled)) exit
-         energies_before = energies
-      end do
-      is_null = is_null .or. .not. is_settled
-      space%doubtful = any(is_null .and. relative_energies > rounding_of_energy)
-      basis = x(:, pack([(j, j=1, size(is_null))], is_null))
-   end subroutine drop_flexible
+         space%doubtful = any(relative_energies > rounding_of_energy)
+         if (all(relative_energies <= rounding_of_row)) return
+         deallocate (x)
+         allocate (x(size(basis, 1), min(n, k + max(k, 2*economic_block))), source=0.0_wp)
+         x(:, :k) = basis
+         allocate (energies_before(0))
+         do turn = 1, most_turns
+            x(n + 1:, :) = 0
+            call orthonormalize(x(:, :0), n, x, state)
+            call solve(space, .false., x, error)
+            if (allocated(error)) return
+            call orthonormalize(x(:, :0), n, x)
+            call diagonalize_energies(space%matrix, n, x, energies, relative_energies, error)
+            if (allocated(error)) return
+            is_null = relative_energies <= rounding_of_row
+            is_settled = energies >= force_tolerance(space)
+            if (size(energies_before) == size(energies)) is_settled = is_settled .or. &
+               energies >= merge(contraction, 1 - blurred_value, is_null)*energies_before
+            if (all(is_settled)) exit
+            energies_before = energies
+         end do
+         is_null = is_null .or. .not. is_settled
+         space%doubtful = any(is_null .and. relative_energies > rounding_of_energy)
+         basis = x(:, pack([(j, j=1, size(is_null))], is_null))
+      end subroutine drop_flexible
+
+      ! Adds up to `block_size` null vectors to a basis, fewer if there are no more: inverse iteration on a block of random vectors,
+      ! alternately with the matrix and its transpose, as an unsymmetric matrix may be far from normal, and refinement that removes
+      ! the effect of E. Accepts the combinations whose force, a singular value, is below `force_tolerance`.
+      subroutine add_null_vectors()
+         real(wp), allocatable :: x(:, :), forces(:, :), singular(:), rotation(:, :), no_force(:, :)
+         integer, allocatable :: nearly_null(:)
+         integer :: i, j, n_null
+
+         doubtful = .false.
+         allocate (x(size(basis, 1), block_size), source=0.0_wp)
+         do i = 1, 2*double_iterations
+            x(n + 1:, :) = 0
+            call orthonormalize(basis, n, x, state)
+            call solve(space, transposed .neqv. mod(i, 2) == 1, x, error)
+            if (allocated(error)) return
+            if (mod(i, 2) == 1) cycle
+            associate (growth => space%delta*lengths(x, n))
+               if (i == 2 .and. size(basis, 2) == 0 .and. .not. transposed) space%growth = maxval(growth)
+               ! Null vectors grow by 1/delta: as the block is orthogonal to those found, one that grows less has none in it.
+               x = x(:, pack([(j, j=1, size(x, 2))], .not. growth < least_enlarged))
+            end associate
+            if (size(x, 2) == 0) return
+         end do
+         call orthonormalize(basis, n, x, state)
+         ! Removes the effect of E. Orthonormalizes after each step, as the first amplifies rounding along one null vector.
+         do i = 1, refinements
+            ! Orthonormalization drops columns that depend on others.
+            if (allocated(no_force)) deallocate (no_force)
+            allocate (no_force(size(x, 1), size(x, 2)), source=0.0_wp)
+            if (i == 1) then
+               call correct(space, transposed, no_force, x, error)
+            else
+               call correct(space, transposed, no_force, x, error, reshape([basis, x], [size(x, 1), size(basis, 2) + size(x, 2)]))
+            end if
+            if (allocated(error)) return
+            call orthonormalize(basis, n, x)
+         end do
+         allocate (forces, source=space%matrix%product(x, transposed))
+         ! Drops columns with a large force, whose rounding would hide the forces of others.
+         allocate (nearly_null, source=pack([(j, j=1, size(x, 2))], norm2(forces, 1) < sqrt(real(n, wp))))
+         if (size(nearly_null) == 0) return
+         x = x(:, nearly_null)
+         ! The combinations with the smallest forces are the last right singular vectors.
+         call right_singular_vectors(forces(:, nearly_null), singular, rotation, error)
+         if (allocated(error)) return
+         n_null = count(singular < force_tolerance(space))
+         doubtful = n_null < size(x, 2)
+         x = matmul(x, rotation(:, size(x, 2) - n_null + 1:))
+         ! A motion that no constraint opposes has no reaction: its multipliers are rounding errors.
+         where (abs(x(n + 1:, :)) < force_tolerance(space)) x(n + 1:, :) = 0
+         basis = reshape([basis, x], [size(basis, 1), size(basis, 2) + n_null])
+      end subroutine add_null_vectors
+   end subroutine find_null_vectors
 
    ! The norm below which the force A x on a vector x of unit norm is a rounding error.
    real(wp) function force_tolerance(space)
@@ -346,68 +397,6 @@ contains
 
       force_tolerance = rounding_of_row*max(4.0_wp, space%matrix%infinity_norm())
    end function force_tolerance
-
-   ! Adds up to `block_size` null vectors to a basis, fewer if there are no more: inverse iteration on a block of random vectors,
-   ! alternately with the matrix and its transpose, as an unsymmetric matrix may be far from normal, and refinement that removes
-   ! the effect of E. Accepts the combinations whose force, a singular value, is below `force_tolerance`.
-   subroutine add_null_vectors(space, block_size, transposed, state, basis, doubtful, error)
-      type(null_space_type), intent(inout) :: space
-      integer, intent(in) :: block_size
-      logical, intent(in) :: transposed
-      integer(long), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: basis(:, :)
-      !> Whether some vector grew as a null vector does, but its force is above the tolerance.
-      logical, intent(out) :: doubtful
-      type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: x(:, :), forces(:, :), singular(:), rotation(:, :), no_force(:, :)
-      integer, allocatable :: nearly_null(:)
-      integer :: i, j, n, n_null
-
-      n = space%unknowns
-      doubtful = .false.
-      allocate (x(size(basis, 1), block_size), source=0.0_wp)
-      do i = 1, 2*double_iterations
-         x(n + 1:, :) = 0
-         call orthonormalize(basis, n, x, state)
-         call solve(space, transposed .neqv. mod(i, 2) == 1, x, error)
-         if (allocated(error)) return
-         if (mod(i, 2) == 1) cycle
-         associate (growth => space%delta*lengths(x, n))
-            if (i == 2 .and. size(basis, 2) == 0 .and. .not. transposed) space%growth = maxval(growth)
-            ! Null vectors grow by 1/delta: as the block is orthogonal to those found, one that grows less has none in it.
-            x = x(:, pack([(j, j=1, size(x, 2))], .not. growth < least_enlarged))
-         end associate
-         if (size(x, 2) == 0) return
-      end do
-      call orthonormalize(basis, n, x, state)
-      ! Removes the effect of E. Orthonormalizes after each step, as the first amplifies rounding along one null vector.
-      do i = 1, refinements
-         ! Orthonormalization drops columns that depend on others.
-         if (allocated(no_force)) deallocate (no_force)
-         allocate (no_force(size(x, 1), size(x, 2)), source=0.0_wp)
-         if (i == 1) then
-            call correct(space, transposed, no_force, x, error)
-         else
-            call correct(space, transposed, no_force, x, error, reshape([basis, x], [size(x, 1), size(basis, 2) + size(x, 2)]))
-         end if
-         if (allocated(error)) return
-         call orthonormalize(basis, n, x)
-      end do
-      allocate (forces, source=space%matrix%product(x, transposed))
-      ! Drops columns with a large force, whose rounding would hide the forces of others.
-      allocate (nearly_null, source=pack([(j, j=1, size(x, 2))], norm2(forces, 1) < sqrt(real(n, wp))))
-      if (size(nearly_null) == 0) return
-      x = x(:, nearly_null)
-      ! The combinations with the smallest forces are the last right singular vectors.
-      call right_singular_vectors(forces(:, nearly_null), singular, rotation, error)
-      if (allocated(error)) return
-      n_null = count(singular < force_tolerance(space))
-      doubtful = n_null < size(x, 2)
-      x = matmul(x, rotation(:, size(x, 2) - n_null + 1:))
-      ! A motion that no constraint opposes has no reaction: its multipliers are rounding errors.
-      where (abs(x(n + 1:, :)) < force_tolerance(space)) x(n + 1:, :) = 0
-      basis = reshape([basis, x], [size(basis, 1), size(basis, 2) + n_null])
-   end subroutine add_null_vectors
 
    !> Solves A y + Cq^T xi = f, Cq y = 0 with the factors of A + E and refinement that removes E.
    subroutine pseudo_solve(self, f, y, error)

@@ -59,12 +59,12 @@ contains
       slowest = minval(abs(rates), decays)
       ! The p largest rates must be clearly above the others, which must be zero to rounding.
       if (slowest > zero_noise .or. any(abs(rates) > dependent*slowest .and. .not. decays)) return
-      decaying = states_of(problem, vectors(:, pack([(i, i=1, size(rates))], decays)))
-      undamped = states_of(problem, vectors(:, pack([(i, i=1, size(rates))], .not. decays)))
+      decaying = states_of(vectors(:, pack([(i, i=1, size(rates))], decays)))
+      undamped = states_of(vectors(:, pack([(i, i=1, size(rates))], .not. decays)))
       allocate (w(size(x, 1), n_decays), source=0.0_wp)
       previous_change = huge(1.0_wp)
       do turn = 1, most_turns
-         call set_states(problem, decaying, undamped, w, states, s, done)
+         call set_states()
          if (.not. done) return
          w_before = w
          call rigid%pseudo_solve(-matmul(matmul(states%inertia, s) + states%damping_forces, s), w, error)
@@ -74,60 +74,52 @@ contains
          if (done .or. .not. change <= contraction*previous_change) exit
          previous_change = change
       end do
-      if (done) call set_states(problem, decaying, undamped, w, states, s, done)
-      if (done) call diagonalize(states, s, lambda, x)
+      if (done) call set_states()
+      if (done) call diagonalize()
+
+   contains
+
+      ! Sets X = N A + W and S for a given W: the part of N that decays enters with the unit matrix, the undamped part N2 such that
+      ! N2^T (M X S + R X) = 0.
+      subroutine set_states()
+         real(wp), allocatable :: b(:, :), forces(:, :)
+
+         states = states_of(decaying%x + w)
+         s = solve_dense(inner_products(decaying, states%inertia), -inner_products(decaying, states%damping_forces), done)
+         if (.not. done .or. size(undamped%x, 2) == 0) return
+         ! B S = -N2^T (M X S + R X), as the undamped motions N2 have N2^T M N2 = I and R N2 = 0.
+         forces = matmul(states%inertia, s) + states%damping_forces
+         b = transpose(solve_dense(transpose(s), -transpose(inner_products(undamped, forces)), done))
+         states = states_of(states%x + matmul(undamped%x, b))
+      end subroutine set_states
+
+      ! Computes the eigenpairs of (X, S): S is self-adjoint in the form X^T M X S + S^T X^T M X + X^T R X. Leaves none if that form
+      ! is not definite.
+      subroutine diagonalize()
+         real(wp) :: metric(size(s, 1), size(s, 1)), h(size(s, 1), size(s, 1)), values(size(s, 1)), work(10*size(s, 1) + 1)
+         integer :: p, info
+
+         p = size(s, 1)
+         h = matmul(inner_products(states, states%inertia), s)
+         metric = -(inner_products(states, states%damping_forces) + h + transpose(h))
+         h = matmul(metric, s)
+         h = (h + transpose(h))/2
+         call dsygv(1, "V", "U", p, h, p, metric, p, values, work, size(work), info)
+         if (info /= 0) return
+         lambda = values
+         x = matmul(states%x, h)
+      end subroutine diagonalize
+
+      ! The block of given motions and multipliers with its products.
+      function states_of(x) result(made)
+         real(wp), intent(in) :: x(:, :)
+         type(states_type) :: made
+
+         made%x = x
+         made%inertia = problem%mass%product(x(:n, :))
+         made%damping_forces = problem%damping%product(x(:n, :))
+      end function states_of
    end subroutine find_rigid_decays
-
-   ! Sets X = N A + W and S for a given W: the part of N that decays enters with the unit matrix, the undamped part N2 such that
-   ! N2^T (M X S + R X) = 0.
-   subroutine set_states(problem, decaying, undamped, w, states, s, is_regular)
-      type(modal_problem_type), intent(in) :: problem
-      type(states_type), intent(in) :: decaying, undamped
-      real(wp), intent(in) :: w(:, :)
-      type(states_type), intent(out) :: states
-      real(wp), allocatable, intent(out) :: s(:, :)
-      logical, intent(out) :: is_regular
-      real(wp), allocatable :: b(:, :), forces(:, :)
-
-      states = states_of(problem, decaying%x + w)
-      s = solve_dense(inner_products(decaying, states%inertia), -inner_products(decaying, states%damping_forces), is_regular)
-      if (.not. is_regular .or. size(undamped%x, 2) == 0) return
-      ! B S = -N2^T (M X S + R X), as the undamped motions N2 have N2^T M N2 = I and R N2 = 0.
-      forces = matmul(states%inertia, s) + states%damping_forces
-      b = transpose(solve_dense(transpose(s), -transpose(inner_products(undamped, forces)), is_regular))
-      states = states_of(problem, states%x + matmul(undamped%x, b))
-   end subroutine set_states
-
-   ! Computes the eigenpairs of (X, S): S is self-adjoint in the form X^T M X S + S^T X^T M X + X^T R X. Leaves none if that form is
-   ! not definite.
-   subroutine diagonalize(states, s, lambda, x)
-      type(states_type), intent(in) :: states
-      real(wp), intent(in) :: s(:, :)
-      real(wp), allocatable, intent(inout) :: lambda(:), x(:, :)
-      real(wp) :: metric(size(s, 1), size(s, 1)), h(size(s, 1), size(s, 1)), values(size(s, 1)), work(10*size(s, 1) + 1)
-      integer :: p, info
-
-      p = size(s, 1)
-      h = matmul(inner_products(states, states%inertia), s)
-      metric = -(inner_products(states, states%damping_forces) + h + transpose(h))
-      h = matmul(metric, s)
-      h = (h + transpose(h))/2
-      call dsygv(1, "V", "U", p, h, p, metric, p, values, work, size(work), info)
-      if (info /= 0) return
-      lambda = values
-      x = matmul(states%x, h)
-   end subroutine diagonalize
-
-   ! The block of given motions and multipliers with its products.
-   function states_of(problem, x) result(states)
-      type(modal_problem_type), intent(in) :: problem
-      real(wp), intent(in) :: x(:, :)
-      type(states_type) :: states
-
-      states%x = x
-      states%inertia = problem%mass%product(x(:problem%unknowns(), :))
-      states%damping_forces = problem%damping%product(x(:problem%unknowns(), :))
-   end function states_of
 
    ! X^T F, of the motions X and a block of forces.
    pure function inner_products(states, forces)

@@ -100,15 +100,69 @@ contains
          call move_alloc(ritz%paired, paired)
       else
          allocate (paired(size(ritz%mu)), source=.false.)
-         if (allocated(ritz%vectors) .and. .not. s%is_lossy()) call drop_mirrored(s%transform, ritz%mu, ritz%vectors, paired)
+         if (allocated(ritz%vectors) .and. .not. s%is_lossy()) call drop_mirrored(ritz%mu, ritz%vectors)
       end if
       call s%end_step(phase_iterate)
       ritz%statistics%operator_applications = 0
       call s%transform%recover(ritz, pairs, error)
       if (allocated(error)) return
       s%effort%operator_applications = s%effort%operator_applications + ritz%statistics%operator_applications
-      call set_eigenvalues(s%transform, ritz%mu, paired, pairs)
+      call set_eigenvalues(ritz%mu)
       call s%end_step(phase_recover)
+
+   contains
+
+      ! Sets the eigenvalues lambda of Ritz values mu. Both roots of an oscillator share its shape: of a conjugate pair one is
+      ! listed, with losses only the root above the real axis. Multipliers are scaled from the undamped problem to lambda.
+      subroutine set_eigenvalues(mu)
+         complex(wp), intent(in) :: mu(:)
+         complex(wp) :: lambda(2*size(mu)), roots(2)
+         integer :: ritz_index(2*size(mu)), j, k
+
+         k = 0
+         do j = 1, size(mu)
+            roots = s%transform%map%lambdas(s%transform%theta(mu(j)))
+            k = k + 1
+            lambda(k) = roots(1)
+            ritz_index(k) = j
+            if (.not. s%transform%map%oscillator) cycle
+            if (abs(aimag(roots(1))) > 0 .and. .not. abs(roots(2) - conjg(roots(1))) > 0) cycle
+            if (s%transform%map%upper .and. .not. abs(roots(2) - roots(1)) > 0) cycle
+            k = k + 1
+            lambda(k) = roots(2)
+            ritz_index(k) = j
+         end do
+         allocate (pairs%lambda(k), source=lambda(:k))
+         if (k > size(mu)) then
+            if (pairs%is_real()) then
+               pairs%real_phi = pairs%real_phi(:, ritz_index(:k))
+            else
+               pairs%phi = pairs%phi(:, ritz_index(:k))
+            end if
+            pairs%xi = pairs%xi(:, ritz_index(:k))
+         end if
+         ! With a complex pair of theta, each of its roots stands for a conjugate pair, too; so does one listed alone.
+         allocate (pairs%paired(k), source=paired(ritz_index(:k)))
+         if (s%transform%map%oscillator) pairs%paired = pairs%paired .or. [(count(ritz_index(:k) == ritz_index(j)) == 1, j=1, k)]
+         do j = 1, k
+            pairs%xi(:, j) = s%transform%map%reaction(lambda(j))*pairs%xi(:, j)
+         end do
+      end subroutine set_eigenvalues
+
+      ! Removes Ritz pairs whose eigenvalues are conjugates of others above the real axis, and marks the latter as `paired`.
+      subroutine drop_mirrored(mu, vectors)
+         complex(wp), allocatable, intent(inout) :: mu(:), vectors(:, :)
+         complex(wp) :: theta(size(mu))
+         logical :: mirrored(size(mu))
+         integer :: j
+
+         theta = [(s%transform%theta(mu(j)), j=1, size(mu))]
+         call match_conjugates(theta, same_value*abs(theta), paired, mirrored)
+         if (.not. any(mirrored)) return
+         call take_columns(vectors, pack([(j, j=1, size(mu))], .not. mirrored))
+         mu = pack(mu, .not. mirrored)
+         paired = pack(paired, .not. mirrored)
+      end subroutine drop_mirrored
    end subroutine iterate
 
    ! Dimension of the space at which another iteration that starts with known modes should converge; 0: not known. It is one step
@@ -134,63 +188,4 @@ contains
 
       most_copies = maxval([0, (count(abs(values - values(j)) <= same_frequency*abs(values(j))), j=1, size(values))])
    end function most_copies
-
-   ! Sets the eigenvalues lambda of Ritz values mu. Both roots of an oscillator share its shape: of a conjugate pair one is listed,
-   ! with losses only the root above the real axis. Multipliers are scaled from the undamped problem to lambda.
-   subroutine set_eigenvalues(transform, mu, paired, pairs)
-      class(transform_type), intent(in) :: transform
-      complex(wp), intent(in) :: mu(:)
-      logical, intent(in) :: paired(:)
-      !> With the shapes and multipliers of mu.
-      type(eigenpairs_type), intent(inout) :: pairs
-      complex(wp) :: lambda(2*size(mu)), roots(2)
-      integer :: ritz_index(2*size(mu)), j, k
-
-      k = 0
-      do j = 1, size(mu)
-         roots = transform%map%lambdas(transform%theta(mu(j)))
-         k = k + 1
-         lambda(k) = roots(1)
-         ritz_index(k) = j
-         if (.not. transform%map%oscillator) cycle
-         if (abs(aimag(roots(1))) > 0 .and. .not. abs(roots(2) - conjg(roots(1))) > 0) cycle
-         if (transform%map%upper .and. .not. abs(roots(2) - roots(1)) > 0) cycle
-         k = k + 1
-         lambda(k) = roots(2)
-         ritz_index(k) = j
-      end do
-      allocate (pairs%lambda(k), source=lambda(:k))
-      if (k > size(mu)) then
-         if (pairs%is_real()) then
-            pairs%real_phi = pairs%real_phi(:, ritz_index(:k))
-         else
-            pairs%phi = pairs%phi(:, ritz_index(:k))
-         end if
-         pairs%xi = pairs%xi(:, ritz_index(:k))
-      end if
-      ! With a complex pair of theta, each of its roots stands for a conjugate pair, too; so does one listed alone.
-      allocate (pairs%paired(k), source=paired(ritz_index(:k)))
-      if (transform%map%oscillator) pairs%paired = pairs%paired .or. [(count(ritz_index(:k) == ritz_index(j)) == 1, j=1, k)]
-      do j = 1, k
-         pairs%xi(:, j) = transform%map%reaction(lambda(j))*pairs%xi(:, j)
-      end do
-   end subroutine set_eigenvalues
-
-   ! Removes Ritz pairs whose eigenvalues are conjugates of others above the real axis, and marks the latter as `paired`.
-   subroutine drop_mirrored(transform, mu, vectors, paired)
-      class(transform_type), intent(in) :: transform
-      complex(wp), allocatable, intent(inout) :: mu(:)
-      complex(wp), allocatable, intent(inout) :: vectors(:, :)
-      logical, allocatable, intent(inout) :: paired(:)
-      complex(wp) :: theta(size(mu))
-      logical :: mirrored(size(mu))
-      integer :: j
-
-      theta = [(transform%theta(mu(j)), j=1, size(mu))]
-      call match_conjugates(theta, same_value*abs(theta), paired, mirrored)
-      if (.not. any(mirrored)) return
-      call take_columns(vectors, pack([(j, j=1, size(mu))], .not. mirrored))
-      mu = pack(mu, .not. mirrored)
-      paired = pack(paired, .not. mirrored)
-   end subroutine drop_mirrored
 end module kschur_iteration

@@ -75,9 +75,35 @@ contains
       ! A count tells of finite eigenvalues among them.
       if (all_known(s, modes) .or. s%transform%certificate%verdict == certified_yes) modes%infinite = [complex(wp) ::]
       call keep_nearer_unlisted(mode_request_type(s%options%modes, s%options%target), modes)
-      call set_reason(s, complete, lacking, modes)
+      call set_reason()
       call certify_by_count(s, modes)
       call s%end_step(phase_judge)
+
+   contains
+
+      ! Sets the reason why the search ended.
+      subroutine set_reason()
+         logical :: all_found
+
+         associate (total => s%known%total)
+            all_found = merge(all_known(s, modes), complete .and. size(modes%unlisted) == 0, total%exact)
+            ! With losses the modes are not counted: unknowns without mass make as many infinite ones, others taken as such are
+            ! finite.
+            if (s%is_lossy()) all_found = all_found .and. size(modes%infinite) <= s%known%massless
+            if (any(modes%reason == [reason_max_restarts, reason_cancelled]) .and. .not. (total%exact .and. all_found)) then
+               ! The converged modes need not be the nearest ones.
+               return
+            else if (.not. has_too_few(s, modes)) then
+               modes%reason = merge(reason_inaccurate, reason_converged, &
+                  ((lacking .or. misses_nearer(s, modes)) .and. .not. all_found) .or. size(modes%unlisted) > 0 .or. &
+                  any(modes%backward_error > inaccurate_above))
+            else
+               modes%reason = merge(reason_fewer_modes, reason_inaccurate, all_found)
+               if (total%exact .and. modes%found /= total%number) call s%add_note(text(total%number)//" eigenvalues exist and "// &
+                  text(modes%found)//" were found")
+            end if
+         end associate
+      end subroutine set_reason
    end subroutine find_modes
 
    !> Makes the modes from the rigid motions and their decays alone, for a problem that has no others.
@@ -336,33 +362,6 @@ contains
       call added%drop(is_known)
       call modes%append(added)
    end subroutine add_modes
-
-   ! Sets the reason why the search ended.
-   subroutine set_reason(s, complete, lacking, modes)
-      type(solve_context_type), intent(inout) :: s
-      !> Whether the iteration is certain to have no more modes; whether it had too few, so that others may be nearer.
-      logical, intent(in) :: complete, lacking
-      type(modes_type), intent(inout) :: modes
-      logical :: all_found
-
-      associate (total => s%known%total)
-         all_found = merge(all_known(s, modes), complete .and. size(modes%unlisted) == 0, total%exact)
-         ! With losses the modes are not counted: unknowns without mass make as many infinite ones, others taken as such are finite.
-         if (s%is_lossy()) all_found = all_found .and. size(modes%infinite) <= s%known%massless
-         if (any(modes%reason == [reason_max_restarts, reason_cancelled]) .and. .not. (total%exact .and. all_found)) then
-            ! The converged modes need not be the nearest ones.
-            return
-         else if (.not. has_too_few(s, modes)) then
-            modes%reason = merge(reason_inaccurate, reason_converged, &
-               ((lacking .or. misses_nearer(s, modes)) .and. .not. all_found) .or. size(modes%unlisted) > 0 .or. &
-               any(modes%backward_error > inaccurate_above))
-         else
-            modes%reason = merge(reason_fewer_modes, reason_inaccurate, all_found)
-            if (total%exact .and. modes%found /= total%number) call s%add_note(text(total%number)//" eigenvalues exist and "// &
-               text(modes%found)//" were found")
-         end if
-      end associate
-   end subroutine set_reason
 
    ! Sets `certified` from the verdict of the iteration's count: the modes are proved to be the nearest ones if they lie within the
    ! radius of the certificate.
