@@ -4,24 +4,23 @@ module kschur_null_space
    use kschur_border_scaling, only: find_scalings
    use kschur_direct_solver, only: direct_real_type
    use kschur_effort, only: effort_type
-   use kschur_energies, only: diagonalize_energies
    use kschur_equilibration, only: equilibrate
    use kschur_error, only: error_type, error_cancelled, error_convergence, error_memory, error_singular
    use kschur_held_bodies, only: try_factors
    use kschur_iterative_real, only: iterative_real_type
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
+   use kschur_magnitudes, only: magnitudes, terms_of
    use kschur_null_pairs, only: keep_null_pairs, radius_of_zeros
    use kschur_options, only: inner_mumps
    use kschur_orthonormal, only: lengths, orthonormalize, subtract
    use kschur_problem, only: modal_problem_type
-   use kschur_random, only: state_of_seed
-   use kschur_random_pattern, only: random_on_pattern
+   use kschur_random, only: random_vector, state_of_seed
    use kschur_row_problem, only: all_three, row_problem_type
    use kschur_saddle, only: bordered, saddle_structure
    use kschur_singular_vectors, only: right_singular_vectors
    use kschur_solver_choice, only: inner_solvers_type
-   use kschur_sparse, only: csr_matrix_type, empty_csr_matrix, identity_csr_matrix, linear_combination
+   use kschur_sparse, only: csr_matrix_type, empty_csr_matrix, identity_csr_matrix, linear_combination, transpose_csr
    use kschur_tolerances, only: above_rounding, blurred_value, contraction, least_enlarged, most_enlarged, &
       rounding_of_energy, rounding_of_row, visible_pivot
    implicit none
@@ -206,6 +205,7 @@ contains
       subroutine factor_perturbed(attempt)
          integer, intent(in) :: attempt
          type(csr_matrix_type) :: e
+         integer(long) :: state
 
          space = null_space_type(perturbed=.true.)
          if (attempt <= attempts) then
@@ -220,7 +220,13 @@ contains
          if (structure%symmetric) then
             e = identity_csr_matrix(space%unknowns)
          else
-            e = random_on_pattern(problem, mod(attempt - 1, attempts) + 1)
+            ! On the symmetrized pattern of M, R and K and the diagonal, entries of either sign between a half and one.
+            e = linear_combination(spread(1.0_wp, 1, 3), [problem%mass, problem%damping, problem%stiffness])
+            e = linear_combination(1.0_wp, e, 1.0_wp, transpose_csr(e))
+            e = linear_combination(1.0_wp, e, 1.0_wp, identity_csr_matrix(space%unknowns))
+            state = mod(attempt - 1, attempts) + 1
+            call random_vector(state, e%value)
+            e%value = sign((1 + abs(e%value))/2, e%value)
          end if
          e%value = space%delta*e%value
          associate (m => problem%multipliers())
@@ -309,7 +315,7 @@ contains
 
          k = size(basis, 2)
          allocate (x, source=basis)
-         call diagonalize_energies(space%matrix, n, x, energies, relative_energies, error)
+         call diagonalize_energies(x, energies, relative_energies)
          if (allocated(error)) return
          space%doubtful = any(relative_energies > rounding_of_energy)
          if (all(relative_energies <= rounding_of_row)) return
@@ -323,7 +329,7 @@ contains
             call solve(space, .false., x, error)
             if (allocated(error)) return
             call orthonormalize(x(:, :0), n, x)
-            call diagonalize_energies(space%matrix, n, x, energies, relative_energies, error)
+            call diagonalize_energies(x, energies, relative_energies)
             if (allocated(error)) return
             is_null = relative_energies <= rounding_of_row
             is_settled = energies >= force_tolerance(space)
@@ -336,6 +342,23 @@ contains
          space%doubtful = any(is_null .and. relative_energies > rounding_of_energy)
          basis = x(:, pack([(j, j=1, size(is_null))], is_null))
       end subroutine drop_flexible
+
+      ! Diagonalizes X^T A X by rotating the columns of X (Rayleigh-Ritz, by singular vectors). Energies are better known than
+      ! forces A x: they err with the square of the error of x.
+      subroutine diagonalize_energies(x, energies, relative_energies)
+         !> k columns, orthonormal in the first n rows; multipliers below are zero if a vector has none.
+         real(wp), intent(inout) :: x(:, :)
+         !> k energies without sign, the largest first, and the same relative to |x|^T |A| |x|, the terms that they are sums of.
+         real(wp), allocatable, intent(out) :: energies(:), relative_energies(:)
+         real(wp), allocatable :: rotation(:, :), sizes(:, :)
+
+         call right_singular_vectors(matmul(transpose(x), space%matrix%product(x)), energies, rotation, error)
+         if (allocated(error)) return
+         x = matmul(x, rotation)
+         sizes = abs(x)
+         sizes(:n, :) = magnitudes(x(:n, :))
+         relative_energies = energies/max(tiny(1.0_wp), sum(sizes*terms_of(space%matrix, sizes), 1))
+      end subroutine diagonalize_energies
 
       ! Adds up to `block_size` null vectors to a basis, fewer if there are no more: inverse iteration on a block of random vectors,
       ! alternately with the matrix and its transpose, as an unsymmetric matrix may be far from normal, and refinement that removes

@@ -77,10 +77,10 @@ contains
       real(wp) :: residual, rounding, level, parts(2)
 
       residual = products%norm_of_forces(l, [lambda**2, lambda], 1.0_wp)
-      level = max(level_of(lambda, norms)*products%length(l), blurred_entry*products%constraints%reaction(l))
+      level = max(level_of(lambda, norms)*products%length(l), blurred_entry*products%reaction(l))
       ! Without stiffness the level of a zero eigenvalue is 0.
       parts = [residual/merge(level, 1.0_wp, level > 0), 0.0_wp]
-      if (norms(4) > 0) parts(2) = products%constraints%violation(l)/(norms(4)*products%length(l))
+      if (norms(4) > 0) parts(2) = products%violation(l)/(norms(4)*products%length(l))
       error = huge(1.0_wp)
       if (all(parts >= 0)) error = maxval(parts)
       bound = ieee_value(1.0_wp, ieee_quiet_nan)
@@ -93,7 +93,7 @@ contains
          rounding = rounding*products%length(l)*level_of(lambda, [norms(:2), merge(0.0_wp, norms(3), is_motion)])
          ! With constraints the reactions take part in the balance of M and R, so that its residual says nothing.
          if (is_motion) residual = merge(0.0_wp, products%norm_of_forces(l, [lambda**2, lambda], 0.0_wp), norms(4) > 0)
-         bound = bound_of(max(residual, rounding)*products%length(l) + products%constraints%effect(l))
+         bound = bound_of(max(residual, rounding)*products%length(l) + products%effect(l))
       end if
 
    contains

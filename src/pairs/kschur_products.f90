@@ -2,7 +2,6 @@
 !> these. For Rayleigh's functional forces are summed in extended precision: those of a low mode of a stiff structure cancel to
 !> rounding in working precision. Residuals do not need that: their rounding is below that of the matrices.
 module kschur_products
-   use kschur_constraint_products, only: constraint_products_type, multiply_constraints
    use kschur_eigenpairs, only: eigenpairs_type
    use kschur_kinds, only: wp, xp
    use kschur_problem, only: damping_general, damping_none, modal_problem_type
@@ -39,7 +38,11 @@ module kschur_products
       real(wp), allocatable :: static_forces(:, :)
       !> ||phi|| of each pair.
       real(wp), allocatable :: length(:)
-      type(constraint_products_type) :: constraints
+      !> ||Cq phi|| of each pair, and the size of its reactions: the norm of |xi_r| ||Cq_r|| over the rows r.
+      real(wp), allocatable :: violation(:), reaction(:)
+      !> Error of each eigenvalue by rounding of the entries of constraints, times phi^T P'(lambda) phi: the sum of
+      !> epsilon |xi_r| (|Cq| |phi|)_r. The effect of the violation is removed by Rayleigh's functional.
+      real(wp), allocatable :: effect(:)
       !> Coefficients of Rayleigh's functional of a symmetric problem, 3 x pairs: phi^T M phi, phi^T R phi and, if forces were
       !> summed in extended precision, phi^T (K phi + i H phi + Cq^T xi) + xi^T Cq phi.
       complex(xp), allocatable :: forms(:, :)
@@ -72,6 +75,8 @@ contains
       !> Where the rows of the problem and of Cq^T are only those of this process; absent: all are here.
       type(pair_rows_type), optional, intent(in) :: rows
       real(wp), allocatable :: phi(:, :), xi(:, :, :)
+      ! xi^T Cq phi of each pair.
+      complex(xp) :: work(lanes)
       integer :: n, i, before
 
       n = problem%unknowns()
@@ -90,7 +95,7 @@ contains
          call multiply_rows(i, min(i + block_rows - 1, n))
       end do
       !$omp end parallel do
-      call multiply_constraints(problem%constraints, phi, xi, products%parts, last - first + 1, products%constraints)
+      call multiply_constraints(last - first + 1)
       call set_norms_and_forms(last - first + 1)
 
    contains
@@ -136,6 +141,52 @@ contains
          end do
       end subroutine multiply_rows
 
+      ! Computes violation, reactions and work of the constraints in one pass over Cq. Sums of row panels are added up in order, so
+      ! that the result does not depend on the number of threads.
+      subroutine multiply_constraints(pairs)
+         integer, intent(in) :: pairs
+         ! Squares of violations and of reactions, effects, and work, of each panel.
+         real(xp) :: sums(pairs, 5, (problem%constraints%rows + panel_rows - 1)/panel_rows), totals(pairs, 5)
+         real(xp) :: violations(lanes), terms(lanes), multiplier(2), row_square, reaction
+         real(wp) :: magnitude(lanes)
+         complex(xp) :: row_work
+         integer :: from, to, i, j, k, l
+
+         sums = 0
+         !$omp parallel do schedule(static) &
+         !$omp    private(from, to, j, k, l, terms, violations, magnitude, multiplier, row_square, reaction, row_work) &
+         !$omp    if (size(sums, 3) > 1)
+         do i = 1, size(sums, 3)
+            do k = (i - 1)*panel_rows + 1, min(i*panel_rows, problem%constraints%rows)
+               row_square = 0
+               violations = 0
+               magnitude = 0
+               do j = problem%constraints%row_start(k), problem%constraints%row_start(k + 1) - 1
+                  terms = real(problem%constraints%value(j), xp)*phi(:, problem%constraints%column(j))
+                  violations = violations + terms
+                  magnitude = magnitude + real(abs(terms), wp)
+                  row_square = row_square + real(problem%constraints%value(j), xp)**2
+               end do
+               do l = 1, pairs
+                  from = products%parts*(l - 1) + 1
+                  to = products%parts*l
+                  multiplier = reshape(xi(from:to, k, :), [2])
+                  reaction = sum(multiplier**2)
+                  row_work = cmplx(multiplier(1), multiplier(2), xp)* &
+                     cmplx(violations(from), merge(violations(to), 0.0_xp, to > from), xp)
+                  sums(l, :, i) = sums(l, :, i) + [sum(violations(from:to)**2), reaction*row_square, &
+                     sqrt(reaction)*epsilon(1.0_wp)*norm2(magnitude(from:to)), real(row_work, xp), aimag(row_work)]
+               end do
+            end do
+         end do
+         !$omp end parallel do
+         totals = sum(sums, 3)
+         products%violation = real(sqrt(totals(:, 1)), wp)
+         products%reaction = real(sqrt(totals(:, 2)), wp)
+         products%effect = real(totals(:, 3), wp)
+         work(:pairs) = cmplx(totals(:, 4), totals(:, 5), xp)
+      end subroutine multiply_constraints
+
       ! Computes norms and forms of each pair from its products.
       subroutine set_norms_and_forms(pairs)
          integer, intent(in) :: pairs
@@ -153,7 +204,7 @@ contains
                sums(1, l) = sum(real(shape, xp)**2)
                if (.not. problem%symmetric) cycle
                forms = [bilinear(shape, mass), bilinear(shape, damping), (0.0_xp, 0.0_xp)]
-               if (extended) forms(3) = bilinear(shape, products%static_forces(:, 2*l - 1:2*l)) + products%constraints%work_of(l)
+               if (extended) forms(3) = bilinear(shape, products%static_forces(:, 2*l - 1:2*l)) + work(l)
             end associate
             sums(2:4, l) = real(forms, xp)
             sums(5:7, l) = aimag(forms)
