@@ -233,19 +233,24 @@ contains
       ! Sets orthonormal start states from the members and random vectors: of a cluster on the real axis the real and imaginary
       ! parts.
       subroutine begin_states()
-         integer, allocatable :: oscillating(:)
-         integer :: j, p
+         complex(wp) :: state(2*n)
+         integer :: j, k, p
 
          p = cluster%count_eigenvalues(members%lambda)
          call require_memory(16.0_wp*(p + n_random)*(9*n + 2*size(members%xi, 1)), "mode shapes", error)
          if (allocated(error)) return
-         allocate (states(2*n, size(members%lambda)))
-         states(:n, :) = members%phi
-         states(n + 1:, :) = spread(members%lambda/abs(shift), 1, n)*members%phi
-         if (cluster%on_axis) then
-            oscillating = pack([(j, j=1, size(members%lambda))], abs(aimag(members%lambda)) > 0)
-            states = cmplx(reshape([real(states, wp), aimag(states(:, oscillating))], [2*n, p]), kind=wp)
-         end if
+         allocate (states(2*n, p))
+         k = 0
+         do j = 1, size(members%lambda)
+            k = k + 1
+            state = [members%phi(:, j), members%lambda(j)/abs(shift)*members%phi(:, j)]
+            states(:, k) = state
+            if (.not. cluster%on_axis) cycle
+            states(:, k) = real(state, wp)
+            if (.not. abs(aimag(members%lambda(j))) > 0) cycle
+            k = k + 1
+            states(:, k) = aimag(state)
+         end do
          call add_random()
          call make_orthonormal(states)
       end subroutine begin_states
