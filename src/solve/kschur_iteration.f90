@@ -15,7 +15,6 @@ module kschur_iteration
    use kschur_settings, only: set_iteration_options
    use kschur_split, only: match_conjugates
    use kschur_tolerances, only: accepted_backward_error, same_frequency, same_value
-   use kschur_transform, only: transform_type
    implicit none
    private
    public :: iterate
