@@ -141,7 +141,7 @@ contains
          length = 0
          rows = 1
          columns = 1
-         call equilibrate(matrix, rows, columns)
+         call equilibrate(matrix, rows, columns, always=.true.)
          row_exponents = exponent(rows) - 1
          column_exponents = exponent(columns) - 1
          allocate (row_of(m), magnified(m), factors_of(m), reduced(m))

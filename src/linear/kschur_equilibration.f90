@@ -13,10 +13,12 @@ contains
    !> each row and column to one, which spreads a long one-way chain of large entries evenly (Fulkerson, Wolfe, SIAM Review 4
    !> (1962)), then the largest entry (Ruiz, Rutherford Appleton Laboratory, RAL-TR-2001-034). Leaves a matrix as it is whose
    !> rows and columns have largest entries near one.
-   pure subroutine equilibrate(matrix, rows, columns)
+   pure subroutine equilibrate(matrix, rows, columns, always)
       type(csr_matrix_type), intent(inout) :: matrix
       !> Scale factors of its rows and columns so far, multiplied by those of D1 and D2.
       real(wp), intent(inout) :: rows(:), columns(:)
+      !> Also where largest entries are near one, as small ones may be all that tells rows apart. Absent: not.
+      logical, optional, intent(in) :: always
       integer, parameter :: most_passes = 100
       ! Of exponents, in which a pass changes nothing that matters.
       real(wp), parameter :: settled = 0.25_wp
@@ -25,12 +27,15 @@ contains
       real(wp), dimension(matrix%rows) :: of_row, row_change
       real(wp), dimension(matrix%columns) :: of_column, column_change
       real(wp), allocatable :: level(:)
+      logical :: is_even
       integer :: pass
 
       allocate (level, source=log(max(abs(matrix%value), tiny(1.0_wp)))/log(2.0_wp))
       of_row = 0
       of_column = 0
-      if (all(abs(largest(of_row, of_column, .true.)) <= even) .and. all(abs(largest(of_row, of_column, .false.)) <= even)) return
+      is_even = all(abs(largest(of_row, of_column, .true.)) <= even) .and. all(abs(largest(of_row, of_column, .false.)) <= even)
+      if (present(always)) is_even = is_even .and. .not. always
+      if (is_even) return
       do pass = 1, most_passes
          row_change = means(of_row, of_column, .true.)
          of_row = of_row - row_change

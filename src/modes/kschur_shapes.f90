@@ -63,30 +63,33 @@ contains
       real(wp) :: m_terms, r_terms, k_terms, smallest, largest, sizes(k)
       ! Whether the rigid motions are left null vectors of the stiffness, too.
       logical :: stiffness_is_symmetric
+      logical :: is_pending(k)
       integer :: i, j
 
       repeats = .false.
       if (min(rigid, k) == 0) return
       ! None is small relative to the others.
       sizes = abs(pairs%lambda(:k))
-      largest = nearly_zero*max(reference, maxval(sizes))
-      if (minval(sizes) > largest) return
+      if (minval(sizes) > nearly_zero*max(reference, maxval(sizes))) return
       zeros = pack([(i, i=k + 1, k + rigid)], .not. abs(pairs%lambda(k + 1:k + rigid)) > 0)
       allocate (motions(pairs%rows(), size(zeros)))
       do i = 1, size(zeros)
          motions(:, i) = real(pairs%column(zeros(i)), wp)
       end do
       call orthonormalize(motions(:, :0), size(motions, 1), motions)
-      do j = 1, k
-         if (sizes(j) > max(largest, zero_noise)) cycle
+      ! Tests shapes in the order of increasing eigenvalues, and stops above the largest that may be a zero, as shapes cost more.
+      is_pending = .true.
+      smallest = huge(1.0_wp)
+      do i = 1, k
+         j = minloc(sizes, 1, is_pending)
+         is_pending(j) = .false.
+         if (smallest < huge(1.0_wp) .and. sizes(j) > nearly_zero*max(reference, smallest)) exit
          shape = pairs%column(j)
-         repeats(j) = norm2(abs(shape - matmul(motions, matmul(shape, motions)))) <= same_shape*norm2(abs(shape))
+         repeats(j) = hypot(norm2(off_motions(real(shape, wp))), norm2(off_motions(aimag(shape)))) <= same_shape*norm2(abs(shape))
+         if (.not. repeats(j)) smallest = min(smallest, sizes(j))
       end do
-      ! A zero is small relative to the smallest of the others.
-      smallest = minval(sizes, .not. repeats)
       largest = reference
       if (smallest < huge(1.0_wp)) largest = max(reference, smallest)
-      repeats = repeats .and. (sizes < smallest .or. sizes <= nearly_zero*largest)
       stiffness_is_symmetric = problem%stiffness%is_symmetric()
       if (allocated(problem%loss)) stiffness_is_symmetric = stiffness_is_symmetric .and. problem%loss%is_symmetric()
       do j = 1, k
@@ -102,6 +105,14 @@ contains
       end do
 
    contains
+
+      ! The part of a vector that is orthogonal to the rigid motions.
+      pure function off_motions(x)
+         real(wp), intent(in) :: x(:)
+         real(wp) :: off_motions(size(x))
+
+         off_motions = x - matmul(motions, matmul(x, motions))
+      end function off_motions
 
       ! Whether pair j is an eigenpair with a nonzero eigenvalue: its residual is small relative to its inertia or damping forces.
       ! The eigenvalue of a repeated zero is an error, and its residual is of the size of these forces.

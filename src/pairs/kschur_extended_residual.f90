@@ -23,12 +23,16 @@ contains
       !> Multipliers.
       complex(wp), intent(in) :: xi(:)
       complex(wp) :: residual_of(size(x))
-      complex(xp) :: forces(size(x))
+      complex(xp) :: force, multipliers(size(xi))
+      integer :: i
 
-      forces = complex_product(problem%mass, acceleration) + complex_product(problem%damping, velocity) &
-         + complex_product(problem%stiffness, x) + complex_product(transposed, cmplx(xi, kind=xp))
-      if (allocated(problem%loss)) forces = forces + (0.0_xp, 1.0_xp)*complex_product(problem%loss, x)
-      residual_of = cmplx(forces, kind=wp)
+      multipliers = xi
+      do i = 1, size(x)
+         force = row_product(problem%mass, i, acceleration) + row_product(problem%damping, i, velocity) &
+            + row_product(problem%stiffness, i, x) + row_product(transposed, i, multipliers)
+         if (allocated(problem%loss)) force = force + (0.0_xp, 1.0_xp)*row_product(problem%loss, i, x)
+         residual_of(i) = cmplx(force, kind=wp)
+      end do
    end function residual_of
 
    !> The constraint violation Cq phi.
@@ -44,24 +48,39 @@ contains
       type(csr_matrix_type), intent(in) :: matrix
       complex(xp), intent(in) :: x(:)
       complex(xp) :: y(matrix%rows)
-      real(xp) :: parts(matrix%rows, 2)
+      integer :: i
 
-      parts = real_product(matrix, reshape([real(x, xp), aimag(x)], [size(x), 2]))
-      y = cmplx(parts(:, 1), parts(:, 2), xp)
+      do i = 1, matrix%rows
+         y(i) = row_product(matrix, i, x)
+      end do
    end function complex_product
+
+   pure complex(xp) function row_product(matrix, i, x) result(y)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: i
+      complex(xp), intent(in) :: x(:)
+      integer :: k
+
+      y = 0
+      do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+         y = y + matrix%value(k)*x(matrix%column(k))
+      end do
+   end function row_product
 
    pure function real_product(matrix, x) result(y)
       type(csr_matrix_type), intent(in) :: matrix
       real(xp), intent(in) :: x(:, :)
       real(xp) :: y(matrix%rows, size(x, 2))
+      real(xp) :: total
       integer :: i, j, k
 
-      y = 0
       do j = 1, size(x, 2)
          do i = 1, matrix%rows
+            total = 0
             do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-               y(i, j) = y(i, j) + matrix%value(k)*x(matrix%column(k), j)
+               total = total + matrix%value(k)*x(matrix%column(k), j)
             end do
+            y(i, j) = total
          end do
       end do
    end function real_product

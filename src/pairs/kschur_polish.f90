@@ -260,6 +260,7 @@ contains
          real(wp) :: random(size(states, 1), n_random)
          integer :: k
 
+         if (n_random == 0) return
          do k = 1, n_random
             call random_vector(random_state, random(:, k))
          end do

@@ -104,20 +104,25 @@ contains
       subroutine multiply_rows(from, to)
          integer, intent(in) :: from, to
          real(wp), dimension(lanes, block_rows) :: mass, damping, stiffness, static_forces
-         real(xp) :: forces(lanes, block_rows)
          integer :: k, l, turned
 
          k = to - from + 1
-         mass = real(row_products(problem%mass, from, to, phi, .false.), wp)
-         forces = row_products(problem%stiffness, from, to, phi, extended)
-         stiffness = real(forces, wp)
-         static_forces = real(forces + row_products(transposed, from, to, xi(:, :, 1), extended), wp)
-         if (problem%damping_kind == damping_none .or. (extended .and. problem%damping_kind /= damping_general)) then
+         call multiply(problem%mass, from, to, phi, mass)
+         if (extended) then
+            call multiply_extended(problem%stiffness, from, to, phi, stiffness, transposed, xi(:, :, 1), static_forces)
+         else
+            call multiply(problem%stiffness, from, to, phi, stiffness)
+            call multiply(transposed, from, to, xi(:, :, 1), static_forces)
+            static_forces(:, :k) = stiffness(:, :k) + static_forces(:, :k)
+         end if
+         if (extended .and. problem%damping_kind == damping_general) then
+            call multiply_extended(problem%damping, from, to, phi, damping)
+         else if (extended .or. problem%damping_kind == damping_none) then
             ! R = alpha M + beta K, to rounding.
-            damping = problem%alpha*mass + problem%beta*stiffness
+            damping(:, :k) = problem%alpha*mass(:, :k) + problem%beta*stiffness(:, :k)
          else
             ! A residual is to show that rounding.
-            damping = real(row_products(problem%damping, from, to, phi, extended), wp)
+            call multiply(problem%damping, from, to, phi, damping)
          end if
          do l = 1, lanes
             products%phi(from:to, l) = phi(l, before + from:before + to)
@@ -126,18 +131,19 @@ contains
             products%static_forces(from:to, merge(l, 2*l - 1, products%parts == 2)) = static_forces(l, :k)
          end do
          if (products%parts == 1) then
-            static_forces = real(row_products(transposed, from, to, xi(:, :, 2), .false.), wp)
+            call multiply(transposed, from, to, xi(:, :, 2), static_forces)
             do l = 1, lanes
                products%static_forces(from:to, 2*l) = static_forces(l, :k)
             end do
          end if
          if (.not. allocated(problem%loss)) return
          ! i H phi: the real part of phi gives imaginary forces, the imaginary part negative real ones.
-         forces = row_products(problem%loss, from, to, phi, extended)
+         if (extended) call multiply_extended(problem%loss, from, to, phi, stiffness)
+         if (.not. extended) call multiply(problem%loss, from, to, phi, stiffness)
          do l = 1, lanes
             turned = merge(2*l, l - (-1)**l, products%parts == 1)
             products%static_forces(from:to, turned) = products%static_forces(from:to, turned) &
-               - sign(1, l - turned)*real(forces(l, :k), wp)
+               - sign(1, l - turned)*stiffness(l, :k)
          end do
       end subroutine multiply_rows
 
@@ -201,7 +207,7 @@ contains
             associate (shape => products%phi(:, products%parts*(l - 1) + 1:products%parts*l), &
                mass => products%mass(:, products%parts*(l - 1) + 1:products%parts*l), &
                damping => products%damping(:, products%parts*(l - 1) + 1:products%parts*l))
-               sums(1, l) = sum(real(shape, xp)**2)
+               sums(1, l) = square_of(shape)
                if (.not. problem%symmetric) cycle
                forms = [bilinear(shape, mass), bilinear(shape, damping), (0.0_xp, 0.0_xp)]
                if (extended) forms(3) = bilinear(shape, products%static_forces(:, 2*l - 1:2*l)) + work(l)
@@ -265,35 +271,52 @@ contains
       !$omp end parallel do
    end subroutine pack_parts
 
-   ! Multiplies some rows of a matrix with packed columns x.
-   pure function row_products(matrix, from, to, x, extended) result(products)
+   ! Multiplies rows first..last of a matrix with packed columns x.
+   pure subroutine multiply(matrix, first, last, x, product)
       type(csr_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: from, to
+      integer, intent(in) :: first, last
       real(wp), intent(in) :: x(lanes, matrix%columns)
-      !> Whether to sum in extended precision.
-      logical, intent(in) :: extended
-      real(xp) :: products(lanes, block_rows), entry, sums(lanes)
-      real(wp) :: rounded(lanes)
+      real(wp), intent(out) :: product(lanes, block_rows)
+      real(wp) :: sums(lanes)
       integer :: i, k
 
-      do i = from, to
-         if (extended) then
-            sums = 0
-            do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-               entry = matrix%value(k)
-               sums = sums + entry*x(:, matrix%column(k))
-            end do
-            products(:, i - from + 1) = sums
-         else
-            rounded = 0
-            do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-               rounded = rounded + matrix%value(k)*x(:, matrix%column(k))
-            end do
-            products(:, i - from + 1) = rounded
-         end if
+      do i = first, last
+         sums = 0
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            sums = sums + matrix%value(k)*x(:, matrix%column(k))
+         end do
+         product(:, i - first + 1) = sums
       end do
-      products(:, to - from + 2:) = 0
-   end function row_products
+   end subroutine multiply
+
+   ! Multiplies rows first..last of a matrix with packed columns x, summed in extended precision, and optionally adds the product of
+   ! another matrix with y before rounding, to `both`.
+   pure subroutine multiply_extended(matrix, first, last, x, product, other, y, both)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: first, last
+      real(wp), intent(in) :: x(lanes, matrix%columns)
+      real(wp), intent(out) :: product(lanes, block_rows)
+      type(csr_matrix_type), optional, intent(in) :: other
+      real(wp), contiguous, optional, intent(in) :: y(:, :)
+      real(wp), optional, intent(out) :: both(lanes, block_rows)
+      real(xp) :: entry, sums(lanes)
+      integer :: i, k
+
+      do i = first, last
+         sums = 0
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            entry = matrix%value(k)
+            sums = sums + entry*x(:, matrix%column(k))
+         end do
+         product(:, i - first + 1) = real(sums, wp)
+         if (.not. present(other)) cycle
+         do k = other%row_start(i), other%row_start(i + 1) - 1
+            entry = other%value(k)
+            sums = sums + entry*y(:, other%column(k))
+         end do
+         both(:, i - first + 1) = real(sums, wp)
+      end do
+   end subroutine multiply_extended
 
    ! x^T y (not x^* y) of complex vectors given by their real and imaginary parts.
    pure complex(xp) function bilinear(x, y)
@@ -304,7 +327,7 @@ contains
       sums = 0
       do j = 1, size(y, 2)
          do i = 1, size(x, 2)
-            sums(i, j) = sum(real(x(:, i), xp)*y(:, j))
+            sums(i, j) = dot(x(:, i), y(:, j))
          end do
       end do
       bilinear = cmplx(sums(1, 1) - sums(2, 2), sums(1, 2) + sums(2, 1), xp)
@@ -349,7 +372,41 @@ contains
                forces(:, 2) = forces(:, 2) + aimag(turned(1))*m + aimag(turned(2))*r
             end associate
          end do
-         square = sum(real(forces, xp)**2)
+         square = square_of(forces)
       end function square_of_rows
    end function norm_of_forces
+
+   ! The square of the Frobenius norm, in extended precision, in which it does not overflow.
+   pure real(xp) function square_of(x) result(total)
+      real(wp), contiguous, intent(in) :: x(:, :)
+      integer :: j
+
+      total = 0
+      do j = 1, size(x, 2)
+         total = total + dot(x(:, j), x(:, j))
+      end do
+   end function square_of
+
+   ! x^T y in extended precision, in four independent sums for speed.
+   pure real(xp) function dot(x, y)
+      real(wp), contiguous, intent(in) :: x(:), y(:)
+      real(xp) :: first, second, third, fourth
+      integer :: i, fours
+
+      first = 0
+      second = 0
+      third = 0
+      fourth = 0
+      fours = size(x) - modulo(size(x), 4)
+      do i = 1, fours, 4
+         first = first + real(x(i), xp)*y(i)
+         second = second + real(x(i + 1), xp)*y(i + 1)
+         third = third + real(x(i + 2), xp)*y(i + 2)
+         fourth = fourth + real(x(i + 3), xp)*y(i + 3)
+      end do
+      do i = fours + 1, size(x)
+         first = first + real(x(i), xp)*y(i)
+      end do
+      dot = (first + second) + (third + fourth)
+   end function dot
 end module kschur_products
