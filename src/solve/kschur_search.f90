@@ -98,6 +98,8 @@ contains
                   ((lacking .or. misses_nearer(s, modes)) .and. .not. all_found) .or. size(modes%unlisted) > 0 .or. &
                   any(modes%backward_error > inaccurate_above))
             else
+               ! Refinement may have made a pair of two real eigenvalues, after others were cut off.
+               all_found = all_found .and. eigenvalues_of(modes%lambda, modes%motion >= 0) >= modes%found
                modes%reason = merge(reason_fewer_modes, reason_inaccurate, all_found)
                if (total%exact .and. modes%found /= total%number) call s%add_note(text(total%number)//" eigenvalues exist and "// &
                   text(modes%found)//" were found")
