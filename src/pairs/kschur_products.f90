@@ -37,15 +37,15 @@ module kschur_products
       !> Forces without inertia and damping, K phi + i H phi + Cq^T xi: real and imaginary part, n x 2 for each pair.
       real(wp), allocatable :: static_forces(:, :)
       !> ||phi|| of each pair.
-      real(wp), allocatable :: length(:)
+      real(wp) :: length(lanes) = 0
       !> ||Cq phi|| of each pair, and the size of its reactions: the norm of |xi_r| ||Cq_r|| over the rows r.
-      real(wp), allocatable :: violation(:), reaction(:)
+      real(wp) :: violation(lanes) = 0, reaction(lanes) = 0
       !> Error of each eigenvalue by rounding of the entries of constraints, times phi^T P'(lambda) phi: the sum of
       !> epsilon |xi_r| (|Cq| |phi|)_r. The effect of the violation is removed by Rayleigh's functional.
-      real(wp), allocatable :: effect(:)
-      !> Coefficients of Rayleigh's functional of a symmetric problem, 3 x pairs: phi^T M phi, phi^T R phi and, if forces were
+      real(wp) :: effect(lanes) = 0
+      !> Coefficients of Rayleigh's functional of a symmetric problem, for each pair: phi^T M phi, phi^T R phi and, if forces were
       !> summed in extended precision, phi^T (K phi + i H phi + Cq^T xi) + xi^T Cq phi.
-      complex(xp), allocatable :: forms(:, :)
+      complex(xp) :: forms(3, lanes) = 0
       !> What adds up sums over rows.
       type(row_sums_type), private :: sums
    contains
@@ -187,9 +187,9 @@ contains
          end do
          !$omp end parallel do
          totals = sum(sums, 3)
-         products%violation = real(sqrt(totals(:, 1)), wp)
-         products%reaction = real(sqrt(totals(:, 2)), wp)
-         products%effect = real(totals(:, 3), wp)
+         products%violation(:pairs) = real(sqrt(totals(:, 1)), wp)
+         products%reaction(:pairs) = real(sqrt(totals(:, 2)), wp)
+         products%effect(:pairs) = real(totals(:, 3), wp)
          work(:pairs) = cmplx(totals(:, 4), totals(:, 5), xp)
       end subroutine multiply_constraints
 
@@ -217,8 +217,8 @@ contains
          end do
          !$omp end parallel do
          call products%sums%add_up(sums)
-         products%length = real(sqrt(sums(1, :)), wp)
-         products%forms = cmplx(sums(2:4, :), sums(5:7, :), xp)
+         products%length(:pairs) = real(sqrt(sums(1, :)), wp)
+         products%forms(:, :pairs) = cmplx(sums(2:4, :), sums(5:7, :), xp)
       end subroutine set_norms_and_forms
    end subroutine multiply_pairs
 
