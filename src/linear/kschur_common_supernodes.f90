@@ -5,15 +5,15 @@ module kschur_common_supernodes
    use kschur_kinds, only: wp
    use kschur_monitor, only: monitor_type
    use kschur_sparse, only: csr_matrix_type
+   use kschur_update_memory, only: matrix_type
    implicit none
    private
    public :: common_supernodes_type, common_updates_type
 
-   !> The update matrix of the root of a subtree: a lower triangle, after rows and columns that are eliminated already.
+   !> The update matrix of the root of a subtree, allocated; its first rows and columns may be eliminated already.
    type :: common_updates_type
-      !> Allocated; column by column.
-      real(wp), pointer, contiguous :: entries(:) => null()
-      integer :: rows = 0, eliminated = 0
+      type(matrix_type) :: matrix
+      integer :: eliminated = 0
       !> Of each row, the `sum` of `enclosure_type`, if it is wanted.
       real(wp), allocatable :: sum(:)
    end type common_updates_type

@@ -7,8 +7,8 @@ module kschur_fronts
    use kschur_panel, only: factor_panel, factor_rows, subtract_trapezoid
    use kschur_sparse, only: csr_matrix_type
    use kschur_subtrees, only: subtrees_type
-   use kschur_symbolic, only: symbolic_type
-   use kschur_update_memory, only: matrix_type, stack_type, update_plan_type
+   use kschur_symbolic, only: block_columns, symbolic_type
+   use kschur_update_memory, only: matrix_type, stacks_type, update_plan_type
    implicit none
    private
    public :: supernodal_factors_type, elimination_type, front_type

@@ -7,8 +7,8 @@ module kschur_fronts_complex
    use kschur_panel_complex, only: factor_panel, factor_rows, subtract_trapezoid
    use kschur_sparse, only: complex_csr_matrix_type
    use kschur_subtrees, only: subtrees_type
-   use kschur_symbolic, only: symbolic_type
-   use kschur_update_memory_complex, only: matrix_type, stack_type, update_plan_type
+   use kschur_symbolic, only: block_columns, symbolic_type
+   use kschur_update_memory_complex, only: matrix_type, stacks_type, update_plan_type
    implicit none
    private
    public :: supernodal_factors_type, elimination_type, front_type

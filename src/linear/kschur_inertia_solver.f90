@@ -129,8 +129,8 @@ contains
       if (structure%symmetric .and. are_several(self%processes, pattern%rows)) then
          joint%processes => self%processes
          call joint%estimate(pattern, structure, bytes, error)
-      else if (structure%symmetric .and. self%by_proof_alone) then
-         ! L is not stored.
+      else if (structure%symmetric .and. (self%by_proof_alone .or. structure%multipliers == 0)) then
+         ! L is not stored, unless the bounds differ, which they rarely do without multipliers.
          bytes = 0
          call analyze(pattern, structure, huge(1), symbolic, error)
          if (.not. allocated(error)) bytes = symbolic%bytes(of_entry=0.0_wp)

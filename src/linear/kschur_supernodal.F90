@@ -42,8 +42,7 @@ module kschur_supernodal
       do s = 1, size(update)
          if (symbolic%parent(s) < common%first) cycle
          associate (mine => shared%update(s))
-            update(s)%entries => mine%matrix%entries
-            update(s)%rows = mine%matrix%rows
+            update(s)%matrix = mine%matrix
             update(s)%eliminated = mine%eliminated
             call move_alloc(mine%sum, update(s)%sum)
             mine%matrix = matrix_type()

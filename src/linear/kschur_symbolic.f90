@@ -12,7 +12,10 @@ module kschur_symbolic
    use kschur_text, only: text
    implicit none
    private
-   public :: symbolic_type, analyze, check_fill
+   public :: symbolic_type, analyze, check_fill, triangle_entries
+
+   !> Columns of a block of an update matrix: as many as a call of BLAS multiplies at a time (`kschur_panel`).
+   integer, parameter, public :: block_columns = 192
 
    !> Order, supernodes and row structure of L; all indices 1-based.
    type :: symbolic_type
@@ -35,8 +38,11 @@ module kschur_symbolic
       procedure :: entries_a_column
       !> Parent of a supernode in the elimination tree; 0 at a root.
       procedure :: parent
-      !> Largest number of rows below the diagonal block of a supernode.
-      procedure :: most_rows
+      !> Number of rows below the diagonal block of a supernode, and the largest of these.
+      procedure :: rows_below, most_rows
+      !> Whether a supernode has all rows of its parent, as the piece before it of a wide supernode has: its update matrix becomes
+      !> that of the parent.
+      procedure :: gives_update
       !> Memory in bytes of the factors, their row indices, and the work arrays and update matrices of one thread.
       procedure :: bytes => factor_bytes
       !> Memory in bytes of the update matrices at a time, by one thread.
@@ -221,35 +227,61 @@ contains
       class(symbolic_type), intent(in) :: self
       !> As in `bytes`.
       real(wp), intent(in), optional :: of_number
-      ! Of its children, and of all at a time.
-      real(wp), allocatable :: of_children(:)
-      real(wp) :: all, number
+      ! What a supernode drops, that of the child that gives it its own, its own, and of all at a time.
+      real(wp), allocatable :: dropped(:), given(:)
+      real(wp) :: own, all, number
       integer :: s
 
       number = real_bytes
       if (present(of_number)) number = of_number
-      allocate (of_children(0:size(self%first) - 1), source=0.0_wp)
+      allocate (dropped(0:size(self%first) - 1), given(0:size(self%first) - 1), source=0.0_wp)
       bytes = 0
       all = 0
       do s = 1, size(self%first) - 1
-         associate (update => number*touched(int(self%start(s + 1) - self%start(s))), siblings => of_children(self%parent(s)))
-            all = all + update
-            bytes = max(bytes, all)
-            all = all - of_children(s)
-            siblings = siblings + update
+         own = given(s)
+         if (.not. own > 0) own = number*triangle_entries(self%rows_below(s))
+         all = all + own - given(s)
+         bytes = max(bytes, all)
+         all = all - dropped(s)
+         associate (parent => self%parent(s))
+            if (self%gives_update(s)) then
+               dropped(parent) = dropped(parent) + given(parent)
+               given(parent) = own
+            else
+               dropped(parent) = dropped(parent) + own
+            end if
          end associate
       end do
-
-   contains
-
-      ! Entries of an update matrix in pages that its lower triangle touches.
-      pure real(wp) function touched(rows)
-         integer, intent(in) :: rows
-         integer, parameter :: page = 4096
-
-         touched = real(rows, wp)*min(rows, (rows + int(page/number))/2)
-      end function touched
    end function update_bytes
+
+   !> Entries of the lower triangle of a matrix of n rows, stored in blocks of `block_columns` columns: dense matrices with the rows
+   !> from their first column on.
+   pure integer(long) function triangle_entries(n)
+      integer, intent(in) :: n
+      integer(long) :: wide, last
+
+      wide = n - mod(n, block_columns)
+      last = n - wide
+      triangle_entries = (wide*(n + last + block_columns))/2 + last**2
+   end function triangle_entries
+
+   pure logical function gives_update(self, s)
+      class(symbolic_type), intent(in) :: self
+      integer, intent(in) :: s
+
+      gives_update = .false.
+      associate (parent => self%parent(s))
+         if (parent > 0) gives_update = &
+            self%rows_below(s) == self%rows_below(parent) + self%first(parent + 1) - self%first(parent)
+      end associate
+   end function gives_update
+
+   pure integer function rows_below(self, s)
+      class(symbolic_type), intent(in) :: self
+      integer, intent(in) :: s
+
+      rows_below = int(self%start(s + 1) - self%start(s))
+   end function rows_below
 
    pure integer function most_rows(self)
       class(symbolic_type), intent(in) :: self

@@ -5,10 +5,10 @@
 module kschur_update_memory
    use kschur_kinds, only: wp, long
    use kschur_subtrees, only: subtrees_type
-   use kschur_symbolic, only: symbolic_type
+   use kschur_symbolic, only: block_columns, symbolic_type, triangle_entries
    implicit none
    private
-   public :: matrix_type, stack_type, update_plan_type
+   public :: matrix_type, stacks_type, update_plan_type
 
 #define SCALAR real(wp)
 #include "kschur_update_memory.inc"

@@ -172,7 +172,7 @@ contains
       end do
       no_memory = state == lacks_memory
       do s = 1, size(update)
-         if (associated(update(s)%entries)) deallocate (update(s)%entries)
+         if (associated(update(s)%matrix%entries)) deallocate (update(s)%matrix%entries)
       end do
    end subroutine eliminate
 
@@ -241,7 +241,7 @@ contains
                call add_columns(first, min(first + wide - 1, size(root%row)))
             end do
             if (with_sums) call add_sums()
-            if (root%process == self%rank) deallocate (update(root%number)%entries)
+            if (root%process == self%rank) deallocate (update(root%number)%matrix%entries)
          end associate
       end do
 
@@ -285,9 +285,9 @@ contains
                if (k <= size(rows)) then
                   if (rows(k) < j) k = k + 1
                end if
-               at = int(update%eliminated + j - 1, long)*update%rows + update%eliminated
+               at = update%matrix%place(update%eliminated, update%eliminated + j)
                do i = k, size(rows)
-                  work%values(many + i - k + 1) = update%entries(at + rows(i))
+                  work%values(many + i - k + 1) = update%matrix%entries(at + rows(i))
                end do
                many = many + size(rows) - k + 1
             end do
