@@ -12,7 +12,7 @@ module kschur_checkpoint
    public :: checkpoint_type, finished_type
 
    ! With a number of the format, which changes with what iterations carry.
-   character(len=*), parameter :: format = "kschur checkpoint 6, "//kschur_version
+   character(len=*), parameter :: format = "kschur checkpoint 7, "//kschur_version
    ! Largest fraction of the time spent on writing.
    real(wp), parameter :: part = 0.1_wp
 

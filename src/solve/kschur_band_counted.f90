@@ -1,34 +1,23 @@
 !> Computes all modes of a band of an undamped or proportionally damped symmetric problem: the eigenvalues are counted by inertia,
 !> and the parts of the band are solved one by one (docs/theory.md, section 14).
 module kschur_band_counted
+   use kschur_band_damping, only: left_damping_type
    use kschur_band_groups, only: band_groups_type
    use kschur_band_part, only: finished_parts_type, part_modes_type, solve_part
    use kschur_band_parts, only: count_parts, part_type
    use kschur_context, only: solve_context_type
-   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type
-   use kschur_eigenvalue_count, only: count_eigenvalues, eigenvalue_count_type
+   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, move_pairs, replace_pair
    use kschur_error, only: error_type, take_cancelled
    use kschur_kinds, only: wp
-   use kschur_mode_selection, only: accept_pairs, mode_request_type
+   use kschur_mode_selection, only: accept_pairs, mode_request_type, nearest_first
    use kschur_modes, only: modes_type, no_modes
    use kschur_monitor, only: ask_monitor
-   use kschur_options, only: modal_options_type, formulation_proportional, formulation_symmetric
+   use kschur_options, only: formulation_proportional, formulation_symmetric
    use kschur_outcome, only: certified_no, certified_unknown, certified_yes, reason_cancelled, reason_converged
-   use kschur_problem, only: modal_problem_type
-   use kschur_sparse, only: empty_csr_matrix
-   use kschur_spectral_map, only: spectral_map_type
    use kschur_text, only: text
    implicit none
    private
    public :: can_be_counted, solve_counted
-
-   !> Undamped modes of a band, allocated for as many as were counted.
-   type, extends(eigenpairs_type) :: oscillators_type
-      !> Number of modes filled in so far.
-      integer :: found = 0
-      !> False if an eigenvalue omega^2 is negative, so that the count does not apply.
-      logical :: counted = .true.
-   end type oscillators_type
 
 contains
 
@@ -41,8 +30,8 @@ contains
          min(s%problem%alpha, s%problem%beta) >= 0 .and. allocated(s%inner%counting) .and. .not. s%is_lossy()
    end function can_be_counted
 
-   !> Computes all modes with band(1) <= omega <= band(2) (rad/s): the undamped modes part by part, and from these the damped modes,
-   !> which have the same shapes (docs/theory.md, eq. (4)).
+   !> Computes all modes with band(1) <= omega <= band(2) (rad/s), omega being the undamped frequency: part by part from the undamped
+   !> modes, which have the same shapes (docs/theory.md, eq. (4)).
    subroutine solve_counted(s, band, modes, counted, error, groups)
       type(solve_context_type), target, intent(inout) :: s
       real(wp), intent(in) :: band(2)
@@ -54,19 +43,15 @@ contains
       type(band_groups_type), intent(inout), optional :: groups
       ! From this number on the monitor is told how many modes there are, as they take long.
       integer, parameter :: many = 1000
-      type(modal_problem_type), target :: undamped
-      type(modal_problem_type) :: damped
-      type(modal_problem_type), pointer :: given
       type(part_type), allocatable :: parts(:)
-      type(eigenpairs_type) :: rigid, pairs
-      type(oscillators_type) :: oscillators
-      integer :: formulation, total
+      type(finished_parts_type), target :: finished
+      type(eigenpairs_type) :: rigid
+      integer :: total
 
       counted = .true.
-      rigid = s%known%rigid
       allocate (parts(0))
       if (s%plan%unknowns_after > 0) &
-         call count_parts(s, band, count(.not. abs(rigid%lambda) > 0), parts, counted, error)
+         call count_parts(s, band, count(.not. abs(s%known%rigid%lambda) > 0), parts, counted, error)
       if (.not. allocated(error)) call ask_monitor(s%monitor, error)
       if (allocated(error) .or. .not. counted) return
       total = sum(parts%below_to - parts%below_from)
@@ -74,190 +59,124 @@ contains
          call s%monitor%announce("the band holds "//text(total)//" oscillating modes")
       modes = no_modes(s%problem%unknowns(), s%problem%multipliers())
       modes%certified = certified_yes
-      allocate (oscillators%lambda(total), oscillators%real_phi(s%problem%unknowns(), total), &
-         oscillators%xi(s%problem%multipliers(), total))
-
-      given => s%problem
-      undamped = given
-      call exchange_damping(undamped, damped)
-      formulation = s%formulation
-      if (size(parts) > 0) call solve_parts(s, undamped, parts, oscillators, modes, error, groups)
-      s%problem => given
-      s%formulation = formulation
-      s%known%rigid = rigid
-      counted = oscillators%counted
+      rigid = chosen_pairs(s%known%rigid, abs(s%known%rigid%lambda) >= band(1) .and. abs(s%known%rigid%lambda) <= band(2))
+      call accept_pairs(s%problem, mode_request_type(rigid=size(rigid%lambda)), rigid, modes)
+      allocate (finished%found(size(parts)))
+      if (size(parts) > 0) call solve_parts(s, parts, finished, modes, counted, error, groups)
       if (allocated(error) .or. .not. counted) return
-      call compute_damped(oscillators, spectral_map_type(.true., 1.0_wp, given%alpha, given%beta), pairs)
-      rigid = chosen_pairs(rigid, abs(rigid%lambda) >= band(1) .and. abs(rigid%lambda) <= band(2))
-      total = total - oscillators%found + size(pairs%lambda) + size(rigid%lambda)
-      call append_pairs(pairs, rigid)
-      call accept_pairs(given, mode_request_type(target=s%options%target, max_eigenvalues=2*given%unknowns(), &
-         rigid=size(rigid%lambda)), pairs, modes)
-      if (size(modes%lambda) /= total .and. modes%certified == certified_yes) modes%certified = certified_no
-      modes%found = total
+      associate (solved => finished%found(:finished%parts))
+         total = total - sum(solved%oscillators)
+         call append_parts(solved, modes)
+      end associate
+      call modes%take(nearest_first(modes%lambda, s%options%target))
+      modes%found = total + size(modes%lambda)
+      if (total > 0 .and. modes%certified == certified_yes) modes%certified = certified_no
    end subroutine solve_counted
 
-   ! Solves the parts one by one, with the undamped problem in the place of the damped one. At the end options, reduced damping,
-   ! decays and the number of eigenvalues are those of the damped problem again; the caller restores the rest.
-   subroutine solve_parts(s, undamped, parts, oscillators, modes, error, groups)
+   ! Solves the parts one by one, with the undamped problem in the place of the damped one.
+   subroutine solve_parts(s, parts, finished, modes, counted, error, groups)
       type(solve_context_type), target, intent(inout) :: s
-      !> The problem as given, without its damping.
-      type(modal_problem_type), target, intent(in) :: undamped
       type(part_type), intent(in) :: parts(:)
-      type(oscillators_type), intent(inout) :: oscillators
+      !> The modes of the parts.
+      type(finished_parts_type), target, intent(inout) :: finished
+      !> Reason, verdict, locking error and history of the band.
       type(modes_type), intent(inout) :: modes
+      !> False if a part has a negative eigenvalue omega^2, so that the count does not apply.
+      logical, intent(out) :: counted
       type(error_type), allocatable, intent(out) :: error
       type(band_groups_type), intent(inout), optional :: groups
-      type(modal_problem_type) :: damped
-      type(modal_options_type) :: saved_options
-      type(eigenvalue_count_type) :: saved_total
-      type(part_modes_type) :: found
-      type(finished_parts_type), target :: finished
-      real(wp), allocatable :: saved_decay(:)
+      type(left_damping_type), target :: damping
       integer :: applications, i
       logical :: cancelled
 
-      saved_options = s%options
-      if (allocated(s%matrices)) deallocate (s%matrices)
-      call exchange_damping(s%work, damped)
-      allocate (saved_decay, source=s%known%deflation%decay)
-      saved_total = s%known%total
-      s%problem => undamped
-      s%formulation = formulation_symmetric
-      s%known%rigid = chosen_pairs(s%known%rigid, .not. abs(s%known%rigid%lambda) > 0)
-      s%known%deflation%decay = 0
-      s%known%total = count_eigenvalues(s%work, s%known%deflation, s%known%redundant - s%plan%redundant, &
-         size(s%known%rigid%lambda))
+      counted = .true.
+      call damping%leave_out(s)
       applications = s%effort%operator_applications
-      if (associated(s%checkpoint)) then
-         allocate (finished%found(size(parts)))
-         call s%checkpoint%begin_parts(finished, error)
-      end if
+      if (associated(s%checkpoint)) call s%checkpoint%begin_parts(finished, error)
       if (present(groups)) call groups%announce(parts)
       do i = 1, size(parts)
          if (allocated(error)) exit
-         if (associated(s%monitor)) call s%monitor%counts(oscillators%found, parts(i)%below_to - parts(i)%below_from, &
-            size(oscillators%lambda))
+         if (associated(s%monitor)) call s%monitor%counts(sum(finished%found(:i - 1)%oscillators), &
+            parts(i)%below_to - parts(i)%below_from, sum(parts%below_to - parts%below_from))
          if (i <= finished%parts) then
-            found = finished%found(i)
-            call s%effort%add_effort(found%effort)
+            call s%effort%add_effort(finished%found(i)%effort)
          else if (present(groups)) then
-            call groups%obtain(i, s, parts, found, error)
+            call groups%obtain(i, s, parts, finished%found(i), error)
          else
-            call solve_part(s, parts(i), found, error)
+            call solve_part(s, parts(i), finished%found(i), error)
          end if
          call take_cancelled(error, cancelled)
          ! The parts before this one are complete.
          if (cancelled) modes%reason = reason_cancelled
          if (cancelled) modes%certified = certified_unknown
          if (allocated(error) .or. cancelled) exit
-         call modes%history%append(found%history, applications)
-         applications = applications + found%effort%operator_applications
-         call add_part(found, oscillators, modes)
-         if (.not. oscillators%counted .or. modes%reason == reason_cancelled) exit
-         call keep_part(s, i, found, finished)
+         counted = finished%found(i)%counted
+         if (.not. counted) exit
+         call modes%history%append(finished%found(i)%history, applications)
+         applications = applications + finished%found(i)%effort%operator_applications
+         call merge_verdict(finished%found(i), modes)
+         if (associated(s%checkpoint) .and. i > finished%parts) call s%checkpoint%next_part()
+         finished%parts = max(i, finished%parts)
+         if (modes%reason == reason_cancelled) exit
       end do
       ! Later steps are not saved: a resumed solve repeats them.
       nullify (s%checkpoint)
-      s%options = saved_options
-      if (allocated(s%matrices)) deallocate (s%matrices)
-      call exchange_damping(s%work, damped)
-      s%known%deflation%decay = saved_decay
-      s%known%total = saved_total
+      call damping%put_back(s)
    end subroutine solve_parts
 
-   ! Adds the modes of a part to the checkpoint, if there is one.
-   subroutine keep_part(s, part, found, finished)
-      type(solve_context_type), intent(inout) :: s
-      integer, intent(in) :: part
+   ! Merges reason, verdict and locking error of a part into those of the band.
+   subroutine merge_verdict(found, modes)
       type(part_modes_type), intent(in) :: found
-      type(finished_parts_type), intent(inout) :: finished
-
-      if (.not. associated(s%checkpoint) .or. part <= finished%parts) return
-      finished%found(part) = found
-      finished%parts = part
-      call s%checkpoint%next_part()
-   end subroutine keep_part
-
-   ! Exchanges the damping of two problems. The damping matrix of the second may not be allocated: it is zero then.
-   subroutine exchange_damping(first, second)
-      type(modal_problem_type), intent(inout) :: first, second
-      type(modal_problem_type) :: temporary
-
-      if (.not. allocated(second%damping%value)) second%damping = empty_csr_matrix(first%unknowns(), first%unknowns())
-      call copy_damping(first, temporary)
-      call copy_damping(second, first)
-      call copy_damping(temporary, second)
-   end subroutine exchange_damping
-
-   ! Copies the damping matrix with its kind and coefficients.
-   subroutine copy_damping(from, to)
-      type(modal_problem_type), intent(in) :: from
-      type(modal_problem_type), intent(inout) :: to
-
-      to%damping = from%damping
-      to%damping_kind = from%damping_kind
-      to%alpha = from%alpha
-      to%beta = from%beta
-   end subroutine copy_damping
-
-   ! Appends the modes of a part to the oscillators, and merges its reason, verdict and locking error into those of the band.
-   subroutine add_part(found, oscillators, modes)
-      type(part_modes_type), intent(in) :: found
-      type(oscillators_type), intent(inout) :: oscillators
-      !> Reason, verdict and locking error of the band.
       type(modes_type), intent(inout) :: modes
-      integer :: first, last, i
 
       modes%locking_error = max(modes%locking_error, found%locking_error)
-      oscillators%counted = found%counted
-      if (.not. oscillators%counted) return
-      first = oscillators%found + 1
-      last = oscillators%found + size(found%lambda)
-      oscillators%lambda(first:last) = found%lambda
-      if (.not. found%is_real()) call oscillators%make_complex()
-      do i = first, last
-         if (oscillators%is_real()) then
-            oscillators%real_phi(:, i) = found%real_phi(:, i - first + 1)
-         else
-            oscillators%phi(:, i) = found%column(i - first + 1)
-         end if
-      end do
-      oscillators%xi(:, first:last) = found%xi
-      oscillators%found = last
       if (found%reason /= reason_converged) then
          modes%reason = found%reason
          modes%certified = certified_unknown
       else if (found%certified == certified_no .and. modes%certified == certified_yes) then
          modes%certified = certified_no
       end if
-   end subroutine add_part
+   end subroutine merge_verdict
 
-   ! Computes the damped modes of undamped oscillators: one of a conjugate pair, or both real roots.
-   subroutine compute_damped(oscillators, map, pairs)
-      type(oscillators_type), intent(in) :: oscillators
-      type(spectral_map_type), intent(in) :: map
-      type(eigenpairs_type), intent(out) :: pairs
-      complex(wp) :: lambda(2*oscillators%found), roots(2)
-      integer :: oscillator(2*oscillators%found), i, k, l
+   ! Appends the modes of parts, and frees each part when it is copied: memory may not suffice for two copies of all.
+   subroutine append_parts(parts, modes)
+      type(part_modes_type), intent(inout) :: parts(:)
+      type(modes_type), intent(inout) :: modes
+      type(eigenpairs_type) :: joined, pairs
+      integer :: total, last, i, j
 
-      k = 0
-      do i = 1, oscillators%found
-         roots = map%lambdas(cmplx(aimag(oscillators%lambda(i))**2, 0, wp))
-         l = merge(1, 2, abs(aimag(roots(1))) > 0)
-         lambda(k + 1:k + l) = cmplx(real(roots(:l), wp), abs(aimag(roots(:l))), wp)
-         oscillator(k + 1:k + l) = i
-         k = k + l
-      end do
-      allocate (pairs%lambda(k), source=lambda(:k))
-      if (oscillators%is_real()) then
-         allocate (pairs%real_phi(oscillators%rows(), k), source=oscillators%real_phi(:, oscillator(:k)))
+      total = size(modes%lambda) + sum([(size(parts(i)%lambda), i=1, size(parts))])
+      allocate (joined%lambda(total), joined%xi(size(modes%xi, 1), total))
+      if (is_real(modes) .and. all([(is_real(parts(i)), i=1, size(parts))])) then
+         allocate (joined%real_phi(modes%rows(), total))
       else
-         allocate (pairs%phi(oscillators%rows(), k), source=oscillators%phi(:, oscillator(:k)))
+         allocate (joined%phi(modes%rows(), total))
       end if
-      allocate (pairs%xi(size(oscillators%xi, 1), k), source=oscillators%xi(:, oscillator(:k)))
-      do i = 1, k
-         pairs%xi(:, i) = map%reaction(lambda(i))*pairs%xi(:, i)
+      last = 0
+      call move_pairs(modes%eigenpairs_type, pairs)
+      do i = 0, size(parts)
+         if (i > 0) then
+            call move_pairs(parts(i)%eigenpairs_type, pairs)
+            modes%backward_error = [modes%backward_error, parts(i)%backward_error]
+            modes%error_bound = [modes%error_bound, parts(i)%error_bound]
+         end if
+         do j = 1, size(pairs%lambda)
+            joined%lambda(last + j) = pairs%lambda(j)
+            call replace_pair(joined, last + j, pairs, j)
+         end do
+         last = last + size(pairs%lambda)
       end do
-   end subroutine compute_damped
+      call move_pairs(joined, modes%eigenpairs_type)
+      modes%uncertainty = modes%error_bound
+      modes%motion = [modes%motion, spread(0, 1, total - size(modes%motion))]
+
+   contains
+
+      ! Whether a list can be stored with real shapes.
+      pure logical function is_real(list)
+         class(modes_type), intent(in) :: list
+
+         is_real = list%is_real() .or. size(list%lambda) == 0
+      end function is_real
+   end subroutine append_parts
 end module kschur_band_counted

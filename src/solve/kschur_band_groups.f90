@@ -59,7 +59,7 @@ contains
    ! Computes the modes of part i in this process.
    subroutine obtain(i, s, parts, found, error)
       integer, intent(in) :: i
-      !> Undamped.
+      !> Its damping is left out.
       type(solve_context_type), target, intent(inout) :: s
       type(part_type), intent(in) :: parts(:)
       type(part_modes_type), intent(out) :: found

@@ -8,6 +8,7 @@ module kschur_band_part
    use kschur_error, only: error_type, error_singular
    use kschur_kinds, only: wp
    use kschur_modes, only: modes_type
+   use kschur_oscillators, only: damp_modes
    use kschur_outcome, only: certified_no, certified_unknown, certified_yes, reason_converged
    use kschur_result, only: note_length
    use kschur_search, only: find_modes
@@ -17,8 +18,11 @@ module kschur_band_part
    private
    public :: finished_parts_type, part_modes_type, solve_part
 
-   !> The modes of a part; certified if as many were found as were counted.
+   !> The damped modes of a part, with their errors in the problem as given, and what is told of them; certified if as many undamped
+   !> modes were found as were counted.
    type, extends(modes_type) :: part_modes_type
+      !> Number of undamped modes.
+      integer :: oscillators = 0
       !> False if an eigenvalue omega^2 is negative, so that the count does not apply.
       logical :: counted = .true.
       !> Effort of the part: applications, restarts and factorisations, no times.
@@ -64,6 +68,9 @@ contains
       end if
       call archive%carry(found%lambda)
       call archive%carry(found%xi)
+      call archive%carry(found%backward_error)
+      call archive%carry(found%error_bound)
+      call archive%carry(found%oscillators)
       call archive%carry(found%reason)
       call archive%carry(found%certified)
       call archive%carry(found%locking_error)
@@ -78,10 +85,10 @@ contains
       found%effort%factorizations = sum(found%effort%factorizations_for)
    end subroutine carry_part
 
-   !> Computes the undamped modes of a part. The lowest part is solved from near zero, with all modes below it; any other from a
-   !> shift in its middle, moved a little if that is an eigenvalue.
+   !> Computes the modes of a part, from those of the undamped problem. The lowest part is solved from near zero, with all modes
+   !> below it; any other from a shift in its middle, moved a little if that is an eigenvalue.
    subroutine solve_part(s, part, found, error)
-      !> With the undamped problem.
+      !> Its damping is left out.
       type(solve_context_type), target, intent(inout) :: s
       type(part_type), intent(in) :: part
       type(part_modes_type), intent(out) :: found
@@ -129,8 +136,10 @@ contains
       in_part = pack([(i, i=1, size(found%lambda))], aimag(found%lambda) > (1 - same_value)*part%from .and. &
          aimag(found%lambda) < (1 + same_value)*part%to .and. abs(found%lambda) > 0)
       if (size(in_part) > expected) in_part = in_part(:expected)
-      call found%take(in_part)
-      found%certified = merge(certified_yes, certified_no, size(in_part) == expected)
+      found%oscillators = size(in_part)
+      found%certified = merge(certified_yes, certified_no, found%oscillators == expected)
       if (found%reason /= reason_converged) found%certified = certified_unknown
+      call found%take(in_part)
+      call damp_modes(s%damped, found)
    end subroutine solve_part
 end module kschur_band_part

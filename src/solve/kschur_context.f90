@@ -37,6 +37,8 @@ module kschur_context
    type :: solve_context_type
       !> The request: problem as given, options as the method sets them, linear solvers, monitor.
       type(modal_problem_type), pointer :: problem => null()
+      !> Where that is an undamped problem whose modes are to be those of a damped one, this one; else not associated.
+      type(modal_problem_type), pointer :: damped => null()
       !> Distributed owner of the problem, which can free its whole matrices; not associated: they stay.
       type(shared_problem_type), pointer :: shared => null()
       !> Norms of its matrices, by `norms_of`; not allocated unless it is distributed.

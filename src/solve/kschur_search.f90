@@ -14,6 +14,7 @@ module kschur_search
    use kschur_mode_selection, only: accept_pairs, distances, drop_spurious, largest_rate, judge_pairs, &
       keep_nearer_unlisted, nearest_first, mode_request_type
    use kschur_modes, only: eigenvalues_of, modes_type, no_modes
+   use kschur_oscillators, only: judge_damped
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, reason_max_restarts
    use kschur_shapes, only: independent_part, independent_parts
@@ -308,8 +309,9 @@ contains
       call pairs%make_complex()
    end function accepted_pairs
 
-   ! Expands modes of the iterated problem to the problem as given, and computes their backward errors and error bounds there, by
-   ! rows if it is distributed. Else, and for multipliers that follow from it, whole matrices of the iterated problem may be freed.
+   ! Expands modes of the iterated problem to the problem as given, and computes their backward errors and error bounds there: those
+   ! of damped modes in the damped problem, by rows if the problem is distributed. Else, and for multipliers that follow from it,
+   ! whole matrices of the iterated problem may be freed.
    subroutine expand_modes(s, modes, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
@@ -327,6 +329,8 @@ contains
       if (allocated(s%norms)) then
          call judge_by_rows(s%shared, s%processes, s%norms, modes%eigenpairs_type, modes%motion > 0, modes%backward_error, &
             modes%error_bound, error)
+      else if (associated(s%damped)) then
+         call judge_damped(s%damped, modes)
       else
          call judge_as_given(s%problem, modes%eigenpairs_type, modes%motion > 0, modes%backward_error, modes%error_bound)
       end if

@@ -1,6 +1,7 @@
 !> Groups of processes that compute parts of a band in parallel, each group with the problem and its own factors. The first
 !> process of each takes parts from a queue; that of the first group gathers the results.
 module kschur_band_groups
+   use kschur_band_damping, only: left_damping_type
    use kschur_band_messages, only: receive_part, send_part, share_parts, share_problem
    use kschur_band_part, only: part_modes_type, solve_part
    use kschur_band_parts, only: part_type
@@ -65,8 +66,12 @@ contains
       call self%all%split(self%number, processes, self%leaders)
       call self%queue%begin(self%leaders)
       shared%mass = problem%mass
+      shared%damping = problem%damping
       shared%stiffness = problem%stiffness
       shared%constraints = problem%constraints
+      shared%damping_kind = problem%damping_kind
+      shared%alpha = problem%alpha
+      shared%beta = problem%beta
       settings = options
       call share_problem(shared, settings, self%leaders, error)
    end subroutine begin
@@ -94,7 +99,7 @@ contains
    subroutine obtain(self, i, s, parts, found, error)
       class(band_groups_type), intent(inout) :: self
       integer, intent(in) :: i
-      !> Undamped.
+      !> Its damping is left out.
       type(solve_context_type), target, intent(inout) :: s
       type(part_type), intent(in) :: parts(:)
       type(part_modes_type), intent(out) :: found
@@ -167,6 +172,7 @@ contains
       type(part_queue_type) :: queue
       type(part_type), allocatable :: parts(:)
       type(part_modes_type), allocatable :: found(:)
+      type(left_damping_type), target :: damping
       type(error_type), allocatable :: error
       logical, allocatable :: here(:)
       integer :: i
@@ -178,6 +184,7 @@ contains
       if (.not. allocated(error)) call reduce(s, error)
       if (.not. allocated(error)) call examine(s, error)
       call share_parts(parts, leaders)
+      if (.not. allocated(error) .and. size(parts) > 0) call damping%leave_out(s)
       allocate (found(size(parts)), here(size(parts)))
       here = .false.
       do

@@ -7,21 +7,22 @@ module kschur_band_messages
    use kschur_error, only: error_type, new_error
    use kschur_kinds, only: wp, long
    use kschur_memory, only: complex_bytes, integer_bytes, real_bytes, require_memory
-   use kschur_options, only: formulation_symmetric, modal_options_type
-   use kschur_problem, only: modal_problem_type
+   use kschur_options, only: formulation_proportional, formulation_symmetric, modal_options_type
+   use kschur_problem, only: damping_none, modal_problem_type
    use kschur_processes, only: broadcast_request, sleep_briefly, spread_error
-   use kschur_sparse, only: csr_matrix_type, empty_csr_matrix
+   use kschur_sparse, only: csr_matrix_type
    use mpi_f08, only: MPI_ANY_SOURCE, MPI_Bcast, MPI_CHARACTER, MPI_Comm, MPI_DOUBLE_COMPLEX, MPI_DOUBLE_PRECISION, &
       MPI_INTEGER, MPI_Iprobe, MPI_Recv, MPI_Send, MPI_Status, MPI_STATUS_IGNORE
    implicit none
    private
    public :: receive_part, send_part, share_parts, share_problem
 
-   integer, parameter :: number_of_options = 8, head_length = 12 + size(purpose_names)
+   integer, parameter :: number_of_options = 9, head_length = 13 + size(purpose_names)
 
 contains
 
-   !> Broadcasts a symmetric problem without its damping, and its options. Fails in all processes if one has no memory for it.
+   !> Broadcasts a symmetric problem with no or proportional damping, and its options. Fails in all processes if one has no memory
+   !> for it.
    subroutine share_problem(problem, options, communicator, error)
       type(modal_problem_type), intent(inout) :: problem
       type(modal_options_type), intent(inout) :: options
@@ -30,7 +31,8 @@ contains
       integer :: numbers(number_of_options)
 
       numbers = [options%constraint_scaling, options%inner, options%subspace, options%block, options%max_restarts, &
-         merge(1, 0, options%presolve), options%seed, options%distribute]
+         merge(1, 0, options%presolve), options%seed, options%distribute, &
+         problem%damping_kind]
       call MPI_Bcast(numbers, size(numbers), MPI_INTEGER, 0, communicator)
       options%constraint_scaling = numbers(1)
       options%inner = numbers(2)
@@ -40,13 +42,15 @@ contains
       options%presolve = numbers(6) == 1
       options%seed = numbers(7)
       options%distribute = numbers(8)
-      options%formulation = formulation_symmetric
+      problem%damping_kind = numbers(9)
+      options%formulation = merge(formulation_symmetric, formulation_proportional, problem%damping_kind == damping_none)
       call MPI_Bcast(options%tolerance, 1, MPI_DOUBLE_PRECISION, 0, communicator)
+      call MPI_Bcast(problem%alpha, 1, MPI_DOUBLE_PRECISION, 0, communicator)
+      call MPI_Bcast(problem%beta, 1, MPI_DOUBLE_PRECISION, 0, communicator)
       call share_matrix(problem%mass, communicator, error)
+      if (.not. allocated(error)) call share_matrix(problem%damping, communicator, error)
       if (.not. allocated(error)) call share_matrix(problem%stiffness, communicator, error)
       if (.not. allocated(error)) call share_matrix(problem%constraints, communicator, error)
-      if (allocated(error)) return
-      problem%damping = empty_csr_matrix(problem%mass%rows, problem%mass%rows)
       problem%symmetric = .true.
    end subroutine share_problem
 
@@ -106,8 +110,8 @@ contains
       if (.not. allocated(error)) then
          associate (effort => found%effort)
             head(3:) = [size(found%lambda), found%rows(), size(found%xi, 1), merge(1, 0, found%is_real()), found%reason, &
-               found%certified, merge(1, 0, found%counted), size(found%history%converged), effort%operator_applications, &
-               effort%restarts, effort%factorizations_for]
+               found%certified, merge(1, 0, found%counted), size(found%history%converged), found%oscillators, &
+               effort%operator_applications, effort%restarts, effort%factorizations_for]
          end associate
       end if
       call MPI_Send(head, size(head), MPI_INTEGER, 0, i, communicator)
@@ -124,6 +128,8 @@ contains
          end if
          call MPI_Send(found%xi(:, j), size(found%xi, 1), MPI_DOUBLE_COMPLEX, 0, i, communicator)
       end do
+      call MPI_Send(found%backward_error, head(3), MPI_DOUBLE_PRECISION, 0, i, communicator)
+      call MPI_Send(found%error_bound, head(3), MPI_DOUBLE_PRECISION, 0, i, communicator)
       call MPI_Send(found%locking_error, 1, MPI_DOUBLE_PRECISION, 0, i, communicator)
       call MPI_Send(found%history%converged, head(10), MPI_INTEGER, 0, i, communicator)
       call MPI_Send(found%history%operator_applications, head(10), MPI_INTEGER, 0, i, communicator)
@@ -150,13 +156,17 @@ contains
       found%reason = head(7)
       found%certified = head(8)
       found%counted = head(9) == 1
-      found%effort%operator_applications = head(11)
-      found%effort%restarts = head(12)
-      found%effort%factorizations_for = head(13:)
+      found%oscillators = head(11)
+      found%effort%operator_applications = head(12)
+      found%effort%restarts = head(13)
+      found%effort%factorizations_for = head(14:)
       found%effort%factorizations = sum(found%effort%factorizations_for)
       call receive_vectors(i, from, head(3:6), found, communicator, error)
+      allocate (found%backward_error(head(3)), found%error_bound(head(3)))
       allocate (found%history%converged(head(10)), found%history%operator_applications(head(10)), &
          found%history%residual(head(10)))
+      call MPI_Recv(found%backward_error, head(3), MPI_DOUBLE_PRECISION, from, i, communicator, MPI_STATUS_IGNORE)
+      call MPI_Recv(found%error_bound, head(3), MPI_DOUBLE_PRECISION, from, i, communicator, MPI_STATUS_IGNORE)
       call MPI_Recv(found%locking_error, 1, MPI_DOUBLE_PRECISION, from, i, communicator, MPI_STATUS_IGNORE)
       call MPI_Recv(found%history%converged, head(10), MPI_INTEGER, from, i, communicator, MPI_STATUS_IGNORE)
       call MPI_Recv(found%history%operator_applications, head(10), MPI_INTEGER, from, i, communicator, MPI_STATUS_IGNORE)
