@@ -2,9 +2,10 @@
 !> and the parts of the band are solved one by one (docs/theory.md, section 14).
 module kschur_band_counted
    use kschur_band_damping, only: left_damping_type
+   use kschur_band_cuts, only: count_parts
    use kschur_band_groups, only: band_groups_type
    use kschur_band_part, only: finished_parts_type, part_modes_type, solve_part
-   use kschur_band_parts, only: count_parts, part_type
+   use kschur_band_parts, only: part_type
    use kschur_context, only: solve_context_type
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, move_pairs, replace_pair
    use kschur_error, only: error_type, take_cancelled
@@ -30,8 +31,8 @@ contains
          min(s%problem%alpha, s%problem%beta) >= 0 .and. allocated(s%inner%counting) .and. .not. s%is_lossy()
    end function can_be_counted
 
-   !> Computes all modes with band(1) <= omega <= band(2) (rad/s), omega being the undamped frequency: part by part from the undamped
-   !> modes, which have the same shapes (docs/theory.md, eq. (4)).
+   !> Computes all modes with band(1) <= omega <= band(2) (rad/s), omega being the undamped frequency: part by part, from the
+   !> undamped modes, which have the same shapes (docs/theory.md, eq. (4)).
    subroutine solve_counted(s, band, modes, counted, error, groups)
       type(solve_context_type), target, intent(inout) :: s
       real(wp), intent(in) :: band(2)
@@ -46,12 +47,12 @@ contains
       type(part_type), allocatable :: parts(:)
       type(finished_parts_type), target :: finished
       type(eigenpairs_type) :: rigid
-      integer :: total
+      integer :: total, missing
 
       counted = .true.
       allocate (parts(0))
       if (s%plan%unknowns_after > 0) &
-         call count_parts(s, band, count(.not. abs(s%known%rigid%lambda) > 0), parts, counted, error)
+         call count_parts(s, band, count(.not. abs(s%known%rigid%lambda) > 0), parts, counted, error, groups)
       if (.not. allocated(error)) call ask_monitor(s%monitor, error)
       if (allocated(error) .or. .not. counted) return
       total = sum(parts%below_to - parts%below_from)
@@ -65,12 +66,12 @@ contains
       if (size(parts) > 0) call solve_parts(s, parts, finished, modes, counted, error, groups)
       if (allocated(error) .or. .not. counted) return
       associate (solved => finished%found(:finished%parts))
-         total = total - sum(solved%oscillators)
+         missing = total - sum(solved%oscillators)
          call append_parts(solved, modes)
       end associate
       call modes%take(nearest_first(modes%lambda, s%options%target))
-      modes%found = total + size(modes%lambda)
-      if (total > 0 .and. modes%certified == certified_yes) modes%certified = certified_no
+      modes%found = size(modes%lambda) + missing
+      if (missing > 0 .and. modes%certified == certified_yes) modes%certified = certified_no
    end subroutine solve_counted
 
    ! Solves the parts one by one, with the undamped problem in the place of the damped one.
@@ -142,8 +143,8 @@ contains
    subroutine append_parts(parts, modes)
       type(part_modes_type), intent(inout) :: parts(:)
       type(modes_type), intent(inout) :: modes
-      type(eigenpairs_type) :: joined, pairs
-      integer :: total, last, i, j
+      type(eigenpairs_type) :: joined
+      integer :: total, last, i
 
       total = size(modes%lambda) + sum([(size(parts(i)%lambda), i=1, size(parts))])
       allocate (joined%lambda(total), joined%xi(size(modes%xi, 1), total))
@@ -153,24 +154,31 @@ contains
          allocate (joined%phi(modes%rows(), total))
       end if
       last = 0
-      call move_pairs(modes%eigenpairs_type, pairs)
-      do i = 0, size(parts)
-         if (i > 0) then
-            call move_pairs(parts(i)%eigenpairs_type, pairs)
-            modes%backward_error = [modes%backward_error, parts(i)%backward_error]
-            modes%error_bound = [modes%error_bound, parts(i)%error_bound]
-         end if
-         do j = 1, size(pairs%lambda)
-            joined%lambda(last + j) = pairs%lambda(j)
-            call replace_pair(joined, last + j, pairs, j)
-         end do
-         last = last + size(pairs%lambda)
+      call move(modes)
+      do i = 1, size(parts)
+         call move(parts(i))
+         modes%backward_error = [modes%backward_error, parts(i)%backward_error]
+         modes%error_bound = [modes%error_bound, parts(i)%error_bound]
       end do
       call move_pairs(joined, modes%eigenpairs_type)
       modes%uncertainty = modes%error_bound
       modes%motion = [modes%motion, spread(0, 1, total - size(modes%motion))]
 
    contains
+
+      ! Moves the pairs of a list behind those before.
+      subroutine move(list)
+         class(modes_type), intent(inout) :: list
+         type(eigenpairs_type) :: pairs
+         integer :: j
+
+         call move_pairs(list%eigenpairs_type, pairs)
+         do j = 1, size(pairs%lambda)
+            joined%lambda(last + j) = pairs%lambda(j)
+            call replace_pair(joined, last + j, pairs, j)
+         end do
+         last = last + size(pairs%lambda)
+      end subroutine move
 
       ! Whether a list can be stored with real shapes.
       pure logical function is_real(list)

@@ -1,10 +1,11 @@
-!> Groups of processes that compute the parts of a band. This build has one process, which solves them one by one; `with/mpi` has
-!> the module for several.
+!> Groups of processes that count and compute the parts of a band. This build has one process, which solves them one by one;
+!> `with/mpi` has the module for several.
 module kschur_band_groups
    use kschur_band_part, only: part_modes_type, solve_part
-   use kschur_band_parts, only: part_type
+   use kschur_band_parts, only: count_at, part_type
    use kschur_context, only: solve_context_type
    use kschur_error, only: error_type
+   use kschur_kinds, only: wp
    use kschur_options, only: modal_options_type
    use kschur_problem, only: modal_problem_type
    use kschur_processes, only: processes_type
@@ -19,6 +20,8 @@ module kschur_band_groups
       procedure, nopass :: begin
       !> Whether there is more than one group.
       procedure, nopass :: are_several
+      !> Counts eigenvalues.
+      procedure, nopass :: count => count_here
       !> Distributes the list of parts.
       procedure, nopass :: announce
       !> Returns the modes of a part; parts are requested in order.
@@ -47,6 +50,18 @@ contains
    pure logical function are_several()
       are_several = .false.
    end function are_several
+
+   ! Counts the eigenvalues omega^2 below each theta ((rad/s)^2) in this process.
+   subroutine count_here(s, theta, below)
+      type(solve_context_type), intent(inout) :: s
+      real(wp), intent(in) :: theta(:)
+      integer, intent(out) :: below(:)
+      integer :: i
+
+      do i = 1, size(theta)
+         call count_at(s, theta(i), below(i))
+      end do
+   end subroutine count_here
 
    ! Does nothing: no other group needs the list.
    subroutine announce(parts)

@@ -12,9 +12,10 @@ program check_halo
    use kschur_random, only: random_vector
    use kschur_row_problem, only: all_three, mass_alone, row_problem_type, undamped
    use kschur_row_ranges, only: row_ranges, row_ranges_type
-   use kschur_worker_loop, only: worker_loop
    use mpi_f08, only: MPI_Allreduce, MPI_Comm_rank, MPI_Comm_size, MPI_COMM_WORLD, MPI_Finalize, MPI_Init, MPI_INTEGER, &
       MPI_SUM
+   ! Last: read before mpi_f08, it takes gfortran 15 the specific of MPI_Comm_size.
+   use kschur_worker_loop, only: worker_loop
    implicit none
    integer, parameter :: extents(2, 5) = reshape([1, 1, 2, 3, 40, 40, 17, 60, 60, 17], [2, 5])
    integer, parameter :: vectors(3) = [1, 3, 6]

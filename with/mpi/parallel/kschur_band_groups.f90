@@ -1,21 +1,26 @@
-!> Groups of processes that compute parts of a band in parallel, each group with the problem and its own factors. The first
-!> process of each takes parts from a queue; that of the first group gathers the results.
+!> Groups of processes that count and compute parts of a band in parallel, each group with the problem and its own factors. The
+!> first process of each counts in turn, then takes parts from a queue; that of the first group gathers the results.
 module kschur_band_groups
    use kschur_band_damping, only: left_damping_type
-   use kschur_band_messages, only: receive_part, send_part, share_parts, share_problem
+   use kschur_band_messages, only: add_counts, receive_part, send_part, share_parts, share_problem, share_thetas
    use kschur_band_part, only: part_modes_type, solve_part
-   use kschur_band_parts, only: part_type
+   use kschur_band_parts, only: count_at, part_type
    use kschur_context, only: begin_solve => begin, solve_context_type
+   use kschur_effort, only: for_count
    use kschur_error, only: error_type
+   use kschur_kinds, only: wp
    use kschur_options, only: modal_options_type
    use kschur_part_queue, only: part_queue_type
    use kschur_preparation, only: examine, reduce
    use kschur_problem, only: modal_problem_type
    use kschur_processes, only: processes_type, request_parts
-   use mpi_f08, only: MPI_Comm, MPI_Comm_free
+   use mpi_f08, only: MPI_Comm, MPI_Comm_free, MPI_Comm_rank
    implicit none
    private
    public :: band_groups_type, lead_group
+
+   ! Instead of a count, from a group that failed.
+   integer, parameter :: not_counted = -2
 
    !> The groups, seen from the first process.
    type :: band_groups_type
@@ -34,7 +39,9 @@ module kschur_band_groups
       procedure :: begin
       !> Whether there is more than one group.
       procedure :: are_several
-      !> Distributes the list of parts.
+      !> Counts eigenvalues, each group some of them.
+      procedure :: count => count_together
+      !> Distributes the list of parts; no count follows.
       procedure :: announce
       !> Returns the modes of part i; called for all parts in order. Computes parts from the queue until this one is done, or
       !> receives it from the group that took it.
@@ -82,16 +89,58 @@ contains
       are_several = self%number > 1
    end function are_several
 
+   ! Counts the eigenvalues omega^2 below each theta ((rad/s)^2). What another group cannot count is counted here.
+   subroutine count_together(self, s, theta, below)
+      class(band_groups_type), intent(inout) :: self
+      type(solve_context_type), intent(inout) :: s
+      real(wp), intent(in) :: theta(:)
+      integer, intent(out) :: below(:)
+      real(wp), allocatable :: shared(:)
+      integer :: i
+
+      allocate (shared, source=theta)
+      if (self%number > 1) call share_thetas(shared, self%leaders)
+      call count_in_turn(s, theta, 0, self%number, below)
+      if (self%number == 1) return
+      call add_counts(below, self%leaders)
+      do i = 1, size(theta)
+         if (below(i) == not_counted) then
+            call count_at(s, theta(i), below(i))
+         else if (mod(i - 1, self%number) > 0) then
+            s%effort%factorizations = s%effort%factorizations + 1
+            s%effort%factorizations_for(for_count) = s%effort%factorizations_for(for_count) + 1
+         end if
+      end do
+   end subroutine count_together
+
+   ! Counts the eigenvalues below each theta that falls to this group, as they take turns; zero for the others.
+   subroutine count_in_turn(s, theta, group, groups, below)
+      type(solve_context_type), intent(inout) :: s
+      real(wp), intent(in) :: theta(:)
+      !> Number of this group, from 0, and of all.
+      integer, intent(in) :: group, groups
+      integer, intent(out) :: below(:)
+      integer :: i
+
+      below = 0
+      do i = group + 1, size(theta), groups
+         call count_at(s, theta(i), below(i))
+      end do
+   end subroutine count_in_turn
+
    subroutine announce(self, parts)
       class(band_groups_type), intent(inout) :: self
       type(part_type), intent(in) :: parts(:)
       type(part_type), allocatable :: shared(:)
+      real(wp), allocatable :: no_thetas(:)
 
       if (self%number == 1) return
       allocate (self%mine(size(parts)), self%solved(size(parts)), self%gathered(size(parts)))
       self%solved = .false.
       self%gathered = .false.
       self%announced = .true.
+      no_thetas = [real(wp) ::]
+      call share_thetas(no_thetas, self%leaders)
       allocate (shared, source=parts)
       call share_parts(shared, self%leaders)
    end subroutine announce
@@ -162,9 +211,10 @@ contains
    end subroutine disband
 
    !> Work loop of the first process of another group: computes parts from the queue, then sends their modes.
-   subroutine lead_group(processes, leaders)
-      !> The group of this process.
+   subroutine lead_group(processes, groups, leaders)
+      !> The group of this process, and the number of all.
       type(processes_type), target, intent(inout) :: processes
+      integer, intent(in) :: groups
       type(MPI_Comm), intent(inout) :: leaders
       type(modal_problem_type), target :: problem
       type(modal_options_type) :: options
@@ -183,6 +233,7 @@ contains
       s%may_be_dense = .false.
       if (.not. allocated(error)) call reduce(s, error)
       if (.not. allocated(error)) call examine(s, error)
+      call serve_counts(s, allocated(error), groups, leaders)
       call share_parts(parts, leaders)
       if (.not. allocated(error) .and. size(parts) > 0) call damping%leave_out(s)
       allocate (found(size(parts)), here(size(parts)))
@@ -201,4 +252,30 @@ contains
       call queue%finish()
       call MPI_Comm_free(leaders)
    end subroutine lead_group
+
+   ! Counts the eigenvalues that fall to this group, as long as the first process asks for some.
+   subroutine serve_counts(s, has_failed, groups, leaders)
+      type(solve_context_type), intent(inout) :: s
+      !> Whether this group cannot count.
+      logical, intent(in) :: has_failed
+      integer, intent(in) :: groups
+      type(MPI_Comm), intent(in) :: leaders
+      real(wp), allocatable :: theta(:)
+      integer, allocatable :: below(:)
+      integer :: group
+
+      call MPI_Comm_rank(leaders, group)
+      do
+         call share_thetas(theta, leaders)
+         if (size(theta) == 0) exit
+         allocate (below(size(theta)), source=0)
+         if (has_failed) then
+            below(group + 1::groups) = not_counted
+         else
+            call count_in_turn(s, theta, group, groups, below)
+         end if
+         call add_counts(below, leaders)
+         deallocate (theta, below)
+      end do
+   end subroutine serve_counts
 end module kschur_band_groups

@@ -1,4 +1,4 @@
-!> Messages between the first processes of groups: the problem, its parts, the modes of a part.
+!> Messages between the first processes of groups: the problem, counts, parts, the modes of a part.
 module kschur_band_messages
    use kschur_band_part, only: part_modes_type
    use kschur_band_parts, only: part_type
@@ -12,10 +12,10 @@ module kschur_band_messages
    use kschur_processes, only: broadcast_request, sleep_briefly, spread_error
    use kschur_sparse, only: csr_matrix_type
    use mpi_f08, only: MPI_ANY_SOURCE, MPI_Bcast, MPI_CHARACTER, MPI_Comm, MPI_DOUBLE_COMPLEX, MPI_DOUBLE_PRECISION, &
-      MPI_INTEGER, MPI_Iprobe, MPI_Recv, MPI_Send, MPI_Status, MPI_STATUS_IGNORE
+      MPI_INTEGER, MPI_Iprobe, MPI_Recv, MPI_Reduce, MPI_Send, MPI_Status, MPI_STATUS_IGNORE, MPI_SUM
    implicit none
    private
-   public :: receive_part, send_part, share_parts, share_problem
+   public :: add_counts, receive_part, send_part, share_parts, share_problem, share_thetas
 
    integer, parameter :: number_of_options = 9, head_length = 13 + size(purpose_names)
 
@@ -76,6 +76,29 @@ contains
       call MPI_Bcast(matrix%column, numbers(3), MPI_INTEGER, 0, communicator)
       call MPI_Bcast(matrix%value, numbers(3), MPI_DOUBLE_PRECISION, 0, communicator)
    end subroutine share_matrix
+
+   !> Broadcasts the theta below which the first process wants eigenvalues counted; none: it wants no more counts.
+   subroutine share_thetas(theta, communicator)
+      real(wp), allocatable, intent(inout) :: theta(:)
+      type(MPI_Comm), intent(in) :: communicator
+      integer :: numbers(1)
+
+      numbers = 0
+      if (allocated(theta)) numbers = size(theta)
+      call broadcast_request(numbers, communicator)
+      if (.not. allocated(theta)) allocate (theta(numbers(1)))
+      call MPI_Bcast(theta, numbers(1), MPI_DOUBLE_PRECISION, 0, communicator)
+   end subroutine share_thetas
+
+   !> Adds up the counts of all groups in the first process.
+   subroutine add_counts(below, communicator)
+      integer, intent(inout) :: below(:)
+      type(MPI_Comm), intent(in) :: communicator
+      integer :: mine(size(below))
+
+      mine = below
+      call MPI_Reduce(mine, below, size(below), MPI_INTEGER, MPI_SUM, 0, communicator)
+   end subroutine add_counts
 
    !> Broadcasts the list of parts of the first process.
    subroutine share_parts(parts, communicator)

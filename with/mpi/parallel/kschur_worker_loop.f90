@@ -82,7 +82,7 @@ contains
 
       call processes%split(groups, group, leaders)
       if (group%rank == 0) then
-         call lead_group(group, leaders)
+         call lead_group(group, groups, leaders)
       else
          call worker_loop(group)
       end if

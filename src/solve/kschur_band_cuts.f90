@@ -1,0 +1,175 @@
+!> Counts the eigenvalues in a band of an undamped symmetric problem by inertia, and cuts the band at gaps of the spectrum into
+!> parts of at most a hundred modes, where it has gaps.
+module kschur_band_cuts
+   use kschur_band_groups, only: band_groups_type
+   use kschur_band_parts, only: count_at, largest_part, part_type
+   use kschur_context, only: solve_context_type
+   use kschur_error, only: error_type, new_error, error_usage
+   use kschur_kinds, only: wp
+   use kschur_text, only: text
+   use kschur_tolerances, only: narrowest_interval, same_value, seems_zero
+   implicit none
+   private
+   public :: count_parts
+
+   ! Largest number of modes of a band.
+   integer, parameter :: most_modes = 10000
+   ! Where a gap is looked for, as fractions of the width.
+   real(wp), parameter :: fractions(5) = [0.5_wp, 0.4_wp, 0.6_wp, 0.3_wp, 0.7_wp]
+
+   !> A part that may still be cut.
+   type, extends(part_type) :: piece_type
+      !> Number of the fraction where a gap is looked for next; 0: whether the upper half is empty is asked first; one more than
+      !> there are: it stays whole.
+      integer :: trial = 0
+   contains
+      procedure :: places
+      procedure :: cut
+   end type piece_type
+
+contains
+
+   !> Counts a band and cuts it into disjoint parts that together hold all its nonzero omega. Between neighbours is a gap that two
+   !> equal counts prove empty, so that a multiple eigenvalue lies in one part. All pieces are cut in each round, so that groups
+   !> count at the same time. Fails if the band holds more than 10,000 modes.
+   subroutine count_parts(s, band, zeros, parts, counted, error, groups)
+      !> Its reduced problem is symmetric with semidefinite M; its damping is ignored.
+      type(solve_context_type), intent(inout) :: s
+      !> The edges (rad/s); the first may be zero.
+      real(wp), intent(in) :: band(2)
+      !> Multiplicity of the eigenvalue omega = 0.
+      integer, intent(in) :: zeros
+      type(part_type), allocatable, intent(out) :: parts(:)
+      !> False if the modes cannot be counted, for example because K has negative eigenvalues.
+      logical, intent(out) :: counted
+      type(error_type), allocatable, intent(out) :: error
+      !> Groups of processes that count; absent: this process counts.
+      type(band_groups_type), intent(inout), optional :: groups
+      type(piece_type), allocatable :: pieces(:), smaller(:)
+      type(part_type) :: whole
+      real(wp), allocatable :: omega(:)
+      integer, allocatable :: below(:)
+      integer :: i, last
+
+      allocate (parts(0))
+      call s%enter_phase("count of the band", error)
+      if (allocated(error)) return
+      whole = part_type(band(1), band(2), zeros, 0)
+      if (band(1) > 0) then
+         call count_all(s, [-min(seems_zero*band(2), band(1))**2, band(2)**2, band(1)**2], below, groups)
+         whole%below_from = below(3)
+      else
+         call count_all(s, [-(seems_zero*band(2))**2, band(2)**2], below, groups)
+      end if
+      whole%below_to = below(2)
+      counted = below(1) == 0 .and. whole%below_from >= zeros .and. whole%below_to >= whole%below_from
+      if (.not. counted) return
+      if (whole%below_to - whole%below_from > most_modes) then
+         call new_error(error, error_usage, "the band holds "//text(whole%below_to - whole%below_from)// &
+            " modes, more than "//text(most_modes)//": ask for it in parts")
+         return
+      end if
+      allocate (pieces(0))
+      call append_piece(whole%from, whole%to, whole%below_from, whole%below_to, pieces)
+      do
+         omega = [real(wp) ::]
+         do i = 1, size(pieces)
+            omega = [omega, pieces(i)%places()]
+         end do
+         if (size(omega) == 0) exit
+         call count_all(s, omega**2, below, groups)
+         allocate (smaller(0))
+         last = 0
+         do i = 1, size(pieces)
+            associate (number => size(pieces(i)%places()))
+               call pieces(i)%cut(omega(last + 1:last + number), below(last + 1:last + number), smaller)
+               last = last + number
+            end associate
+         end do
+         call move_alloc(smaller, pieces)
+      end do
+      parts = pieces%part_type
+   end subroutine count_parts
+
+   ! Appends a piece, unless it is empty, with what is asked first about it.
+   pure subroutine append_piece(from, to, below_from, below_to, pieces)
+      real(wp), intent(in) :: from, to
+      integer, intent(in) :: below_from, below_to
+      type(piece_type), allocatable, intent(inout) :: pieces(:)
+      ! The middle of a part with a larger ratio of its ends may be far from its modes: an empty upper half is cut off.
+      real(wp), parameter :: widest_ratio = 4
+      type(piece_type) :: piece
+
+      if (below_to == below_from) return
+      piece = piece_type(from, to, below_from, below_to)
+      if (piece%is_lowest() .or. .not. to > widest_ratio*from) call next_trial(piece)
+      pieces = [pieces, piece]
+   end subroutine append_piece
+
+   ! Goes on to the next fraction, or leaves the piece whole if it is small enough, or too narrow to be cut.
+   pure subroutine next_trial(piece)
+      type(piece_type), intent(inout) :: piece
+
+      piece%trial = piece%trial + 1
+      if (piece%below_to - piece%below_from <= largest_part .or. .not. piece%to - piece%from > narrowest_interval*piece%to) &
+         piece%trial = size(fractions) + 1
+   end subroutine next_trial
+
+   ! The omega at which to count for a piece: the two ends of a gap, its middle, or none if it stays whole.
+   pure function places(self) result(omega)
+      class(piece_type), intent(in) :: self
+      real(wp), allocatable :: omega(:)
+
+      if (self%trial == 0) then
+         omega = [(self%from + self%to)/2]
+      else if (self%trial <= size(fractions)) then
+         omega = (self%from + fractions(self%trial)*(self%to - self%from))*[1 - same_value, 1 + same_value]
+      else
+         omega = [real(wp) ::]
+      end if
+   end function places
+
+   ! Appends what the counts below its places make of a piece: the two sides of a gap, the half below an empty one, or the piece
+   ! again.
+   pure subroutine cut(self, omega, below, pieces)
+      class(piece_type), intent(in) :: self
+      real(wp), intent(in) :: omega(:)
+      integer, intent(in) :: below(:)
+      type(piece_type), allocatable, intent(inout) :: pieces(:)
+      type(piece_type) :: piece
+
+      piece = piece_type(part_type=self%part_type, trial=self%trial)
+      if (size(omega) == 1) then
+         if (below(1) == self%below_to) then
+            call append_piece(self%from, omega(1), self%below_from, below(1), pieces)
+            return
+         end if
+      else if (size(omega) == 2) then
+         if (below(1) == below(2) .and. below(1) >= self%below_from .and. below(2) <= self%below_to) then
+            call append_piece(self%from, omega(1), self%below_from, below(1), pieces)
+            call append_piece(omega(2), self%to, below(2), self%below_to, pieces)
+            return
+         end if
+      end if
+      if (size(omega) > 0) call next_trial(piece)
+      pieces = [pieces, piece]
+   end subroutine cut
+
+   ! Counts the eigenvalues omega^2 below each theta, with the groups if there are any.
+   subroutine count_all(s, theta, below, groups)
+      type(solve_context_type), intent(inout) :: s
+      real(wp), intent(in) :: theta(:)
+      integer, allocatable, intent(out) :: below(:)
+      type(band_groups_type), intent(inout), optional :: groups
+      integer :: i
+
+      allocate (below(size(theta)))
+      if (present(groups)) then
+         call groups%count(s, theta, below)
+      else
+         do i = 1, size(theta)
+            call count_at(s, theta(i), below(i))
+         end do
+      end if
+   end subroutine count_all
+end module kschur_band_cuts
