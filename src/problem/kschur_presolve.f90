@@ -15,7 +15,7 @@ module kschur_presolve
    use kschur_loss, only: times_factor
    use kschur_problem, only: modal_problem_type, settle_modal_problem
    use kschur_sparse, only: complete_pattern, csr_matrix_type, identity_csr_matrix, linear_combination, new_csr_from_triplets
-   use kschur_tolerances, only: rounding_of_entry
+   use kschur_tolerances, only: rounding_of_entry, rounding_of_row
    implicit none
    private
    public :: presolve_type, presolve
@@ -103,9 +103,11 @@ contains
       end if
       if (max(abs(problem%alpha), abs(problem%beta)) > 0) then
          ! R is formed from the reduced M and K: separate sums that cancel would not be the same combination.
-         reduced%damping = linear_combination(problem%alpha, reduced%mass, problem%beta, reduced%stiffness)
-         if (allocated(problem%dampers)) &
-            reduced%damping = linear_combination(1.0_wp, reduced%damping, 1.0_wp, reduced%dampers)
+         if (allocated(problem%dampers)) then
+            reduced%damping = sum_of([problem%alpha, problem%beta, 1.0_wp], [reduced%mass, reduced%stiffness, reduced%dampers])
+         else
+            reduced%damping = linear_combination(problem%alpha, reduced%mass, problem%beta, reduced%stiffness)
+         end if
       else
          call reduce(plan%expansion, problem%damping, problem%symmetric, reduced%damping, error)
       end if
@@ -114,6 +116,22 @@ contains
       if (.not. allocated(error)) call settle_modal_problem(reduced, error, kind_of=problem)
       call add_context(error, "without the clamped and tied unknowns")
    end subroutine presolve
+
+   ! The sum of coefficient(k) matrix(k), in which terms that cancel to rounding give zeros.
+   pure function sum_of(coefficients, matrices) result(total)
+      real(wp), intent(in) :: coefficients(:)
+      type(csr_matrix_type), intent(in) :: matrices(:)
+      type(csr_matrix_type) :: total, terms(size(matrices))
+      integer :: k
+
+      total = linear_combination(coefficients, matrices)
+      terms = matrices
+      do k = 1, size(terms)
+         terms(k)%value = abs(terms(k)%value)
+      end do
+      terms(1) = linear_combination(abs(coefficients), terms)
+      where (abs(total%value) <= rounding_of_row*terms(1)%value) total%value = 0
+   end function sum_of
 
    ! Computes T^T H T; g times the reduced K if H = g K.
    subroutine reduce_loss(plan, problem, reduced, error)
