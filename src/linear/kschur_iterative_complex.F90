@@ -5,6 +5,7 @@ module kschur_iterative_complex
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
    use kschur_mumps_single_complex, only: mumps_single_complex_type
+   use kschur_memory, only: real_bytes
    use kschur_processes, only: processes_type
    use kschur_sparse, only: complex_csr_matrix_type, csr_matrix_type
    use kschur_text, only: magnitude

@@ -4,6 +4,7 @@ module kschur_iterative_real
    use kschur_error, only: error_type, new_error, error_convergence, error_memory, error_usage
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
+   use kschur_memory, only: real_bytes
    use kschur_processes, only: processes_type
    use kschur_single_factors, only: single_factors_type
    use kschur_sparse, only: csr_matrix_type

@@ -243,6 +243,7 @@ contains
          all = all + own - given(s)
          bytes = max(bytes, all)
          all = all - dropped(s)
+         if (self%rows_below(s) == 0) all = all - own
          associate (parent => self%parent(s))
             if (self%gives_update(s)) then
                dropped(parent) = dropped(parent) + given(parent)
