@@ -6,6 +6,7 @@ module kschur_band_cuts
    use kschur_context, only: solve_context_type
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp
+   use kschur_monitor, only: ask_monitor
    use kschur_text, only: text
    use kschur_tolerances, only: narrowest_interval, same_value, seems_zero
    implicit none
@@ -77,6 +78,9 @@ contains
             omega = [omega, pieces(i)%places()]
          end do
          if (size(omega) == 0) exit
+         ! Other groups do not see a cancellation.
+         call ask_monitor(s%monitor, error)
+         if (allocated(error)) return
          call count_all(s, omega**2, below, groups)
          allocate (smaller(0))
          last = 0

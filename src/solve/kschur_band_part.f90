@@ -13,7 +13,7 @@ module kschur_band_part
    use kschur_result, only: note_length
    use kschur_search, only: find_modes
    use kschur_shift, only: place_shift
-   use kschur_tolerances, only: same_value, twelve_digits
+   use kschur_tolerances, only: same_value, spurious, twelve_digits
    implicit none
    private
    public :: finished_parts_type, part_modes_type, solve_part
@@ -47,7 +47,8 @@ contains
       integer :: i
 
       call archive%carry(self%parts)
-      do i = 1, min(self%parts, size(self%found))
+      self%parts = min(self%parts, size(self%found))
+      do i = 1, self%parts
          call carry_part(self%found(i), archive)
       end do
    end subroutine carry
@@ -141,5 +142,6 @@ contains
       if (found%reason /= reason_converged) found%certified = certified_unknown
       call found%take(in_part)
       call damp_modes(s%damped, found)
+      if (any(found%backward_error > spurious) .and. found%certified == certified_yes) found%certified = certified_no
    end subroutine solve_part
 end module kschur_band_part

@@ -273,6 +273,8 @@ contains
             below(group + 1::groups) = not_counted
          else
             call count_in_turn(s, theta, group, groups, below)
+            ! It may be for lack of memory here.
+            where (below < 0) below = not_counted
          end if
          call add_counts(below, leaders)
          deallocate (theta, below)
