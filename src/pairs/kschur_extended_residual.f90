@@ -7,11 +7,6 @@ module kschur_extended_residual
    private
    public :: extended_product, residual_of, violations_of
 
-   !> A x, summed in extended precision.
-   interface extended_product
-      module procedure real_product, complex_product
-   end interface extended_product
-
 contains
 
    !> The force M a + R v + (K + i H) x + Cq^T xi of a motion.
@@ -23,16 +18,12 @@ contains
       !> Multipliers.
       complex(wp), intent(in) :: xi(:)
       complex(wp) :: residual_of(size(x))
-      complex(xp) :: force, multipliers(size(xi))
-      integer :: i
+      real(xp) :: force(size(x), 2)
 
-      multipliers = xi
-      do i = 1, size(x)
-         force = row_product(problem%mass, i, acceleration) + row_product(problem%damping, i, velocity) &
-            + row_product(problem%stiffness, i, x) + row_product(transposed, i, multipliers)
-         if (allocated(problem%loss)) force = force + (0.0_xp, 1.0_xp)*row_product(problem%loss, i, x)
-         residual_of(i) = cmplx(force, kind=wp)
-      end do
+      force = extended_product(problem%mass, parts(acceleration)) + extended_product(problem%damping, parts(velocity)) &
+         + extended_product(problem%stiffness, parts(x)) + extended_product(transposed, parts(cmplx(xi, kind=xp)))
+      if (allocated(problem%loss)) force = force + extended_product(problem%loss, parts((0.0_xp, 1.0_xp)*x))
+      residual_of = cmplx(force(:, 1), force(:, 2), wp)
    end function residual_of
 
    !> The constraint violation Cq phi.
@@ -40,48 +31,34 @@ contains
       type(csr_matrix_type), intent(in) :: constraints
       complex(wp), intent(in) :: phi(:)
       complex(wp) :: violations_of(constraints%rows)
+      real(xp) :: violations(constraints%rows, 2)
 
-      violations_of = cmplx(complex_product(constraints, cmplx(phi, kind=xp)), kind=wp)
+      violations = extended_product(constraints, parts(cmplx(phi, kind=xp)))
+      violations_of = cmplx(violations(:, 1), violations(:, 2), wp)
    end function violations_of
 
-   pure function complex_product(matrix, x) result(y)
-      type(csr_matrix_type), intent(in) :: matrix
+   ! The real and the imaginary part of a vector, as columns.
+   pure function parts(x)
       complex(xp), intent(in) :: x(:)
-      complex(xp) :: y(matrix%rows)
-      integer :: i
+      real(xp) :: parts(size(x), 2)
 
-      do i = 1, matrix%rows
-         y(i) = row_product(matrix, i, x)
-      end do
-   end function complex_product
+      parts(:, 1) = real(x, xp)
+      parts(:, 2) = aimag(x)
+   end function parts
 
-   pure complex(xp) function row_product(matrix, i, x) result(y)
-      type(csr_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: i
-      complex(xp), intent(in) :: x(:)
-      integer :: k
-
-      y = 0
-      do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-         y = y + matrix%value(k)*x(matrix%column(k))
-      end do
-   end function row_product
-
-   pure function real_product(matrix, x) result(y)
+   !> A X, summed in extended precision.
+   pure function extended_product(matrix, x) result(y)
       type(csr_matrix_type), intent(in) :: matrix
       real(xp), intent(in) :: x(:, :)
-      real(xp) :: y(matrix%rows, size(x, 2))
-      real(xp) :: total
-      integer :: i, j, k
+      real(xp) :: y(matrix%rows, size(x, 2)), total(size(x, 2))
+      integer :: i, k
 
-      do j = 1, size(x, 2)
-         do i = 1, matrix%rows
-            total = 0
-            do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-               total = total + matrix%value(k)*x(matrix%column(k), j)
-            end do
-            y(i, j) = total
+      do i = 1, matrix%rows
+         total = 0
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            total = total + matrix%value(k)*x(matrix%column(k), :)
          end do
+         y(i, :) = total
       end do
-   end function real_product
+   end function extended_product
 end module kschur_extended_residual
