@@ -10,7 +10,7 @@ module kschur_null_pairs
    use kschur_tolerances, only: contraction, rounding_of_energy, rounding_of_row
    implicit none
    private
-   public :: keep_null_pairs, radius_of_zeros
+   public :: keep_null_pairs, radius_of_zeros, solve
 
 contains
 
@@ -95,16 +95,26 @@ contains
          real(wp) :: correction(size(vectors, 1), size(vectors, 2))
 
          correction = real(residual, wp)
-         if (adjoint) then
-            call solver%solve_adjoint(correction, error)
-         else
-            call solver%solve(correction, error)
-         end if
+         call solve(solver, adjoint, correction, error)
          if (allocated(error)) return
          vectors = vectors - correction
          change = max(change, maxval(abs(correction)))
       end subroutine correct
    end subroutine keep_null_pairs
+
+   !> Solves with factors, or with their transpose, in place.
+   subroutine solve(solver, transposed, x, error)
+      class(real_linear_solver_type), intent(inout) :: solver
+      logical, intent(in) :: transposed
+      real(wp), contiguous, intent(inout) :: x(:, :)
+      type(error_type), allocatable, intent(out) :: error
+
+      if (transposed) then
+         call solver%solve_adjoint(x, error)
+      else
+         call solver%solve(x, error)
+      end if
+   end subroutine solve
 
    !> Bounds |lambda| (1/s) of the eigenvalues of pairs that are taken as null vectors of K, to first order, for each
    !> |G| <= |Y^T K X|: that of lambda^2 Y^T M X + G or, where it is less, twice that of lambda Y^T R X + G, which is the smaller

@@ -11,7 +11,7 @@ module kschur_null_space
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_magnitudes, only: magnitudes, terms_of
-   use kschur_null_pairs, only: keep_null_pairs, radius_of_zeros
+   use kschur_null_pairs, only: keep_null_pairs, radius_of_zeros, solve
    use kschur_options, only: inner_mumps
    use kschur_orthonormal, only: lengths, orthonormalize, subtract
    use kschur_problem, only: modal_problem_type
@@ -38,6 +38,9 @@ module kschur_null_space
    type :: null_space_type
       !> phi, n x k, and xi, m x k.
       real(wp), allocatable :: motions(:, :), multipliers(:, :)
+      !> Those of the transposed matrix, if A is unsymmetric and has null vectors; another number of columns than of `motions` means
+      !> that rounding hides the rank.
+      real(wp), allocatable :: left_motions(:, :)
       !> D1 and D2, n + m numbers each: powers of two.
       real(wp), allocatable :: row_scaling(:), column_scaling(:)
       !> The factors of the perturbed matrix.
@@ -55,13 +58,9 @@ module kschur_null_space
       real(wp), private :: delta = 0
       ! D2^{-1} [phi; xi], its columns orthonormal in the first n rows.
       real(wp), allocatable, private :: basis(:, :)
-      ! Likewise D1^{-1} times those of the transposed matrix, if A is unsymmetric.
-      real(wp), allocatable, private :: left_basis(:, :)
       ! Growth of the first block in inverse iteration, in units of 1/delta.
       real(wp), private :: growth = 0
    contains
-      !> Returns the null vectors of the transposed matrix.
-      procedure :: left_motions
       !> Solves A y + Cq^T xi = f, Cq y = 0 for consistent forces; y is orthogonal to the null vectors in the scaled basis.
       procedure :: pseudo_solve
    end type null_space_type
@@ -121,7 +120,7 @@ contains
       end do
       if (.not. (space%symmetric .or. size(basis, 2) == 0)) call find_left_vectors()
       if (allocated(error)) return
-      associate (n => space%unknowns, vectors => basis*spread(space%column_scaling, 2, size(basis, 2)))
+      associate (n => space%unknowns, vectors => scaled(basis, space%column_scaling))
          allocate (space%motions, source=vectors(:n, :))
          allocate (space%multipliers, source=vectors(n + 1:, :))
       end associate
@@ -172,33 +171,25 @@ contains
 
       ! Sets the scaled matrix, without E, and its structure.
       subroutine scale_matrix()
-         type(csr_matrix_type) :: a, constraints
+         type(csr_matrix_type) :: constraints
          real(wp) :: scaling(problem%unknowns()), constraint_scaling(problem%multipliers())
 
          space%unknowns = problem%unknowns()
          if (present(matrices)) call matrices%bring_back(all_three, error)
          if (allocated(error)) return
          ! The pattern includes that of M, so that one symbolic analysis serves K and K - s M.
-         a = linear_combination(1.0_wp, matrix, 0.0_wp, problem%mass)
+         space%matrix = linear_combination(1.0_wp, matrix, 0.0_wp, problem%mass)
          if (present(matrices)) call matrices%put_away(all_three)
          structure = saddle_structure(problem)
-         if (.not. problem%symmetric) structure%symmetric = a%is_symmetric()
+         if (.not. problem%symmetric) structure%symmetric = space%matrix%is_symmetric()
          space%symmetric = structure%symmetric
          constraints = problem%constraints
-         call find_scalings(a, constraints, scaling, constraint_scaling)
-         call a%scale_entries(scaling, scaling)
+         call find_scalings(space%matrix, constraints, scaling, constraint_scaling)
+         call space%matrix%scale_entries(scaling, scaling)
          call constraints%scale_entries(spread(1.0_wp, 1, problem%multipliers()), scaling)
          space%row_scaling = [scaling, constraint_scaling]
          space%column_scaling = [scaling, constraint_scaling]
-         if (constraints%rows > 0) then
-            space%matrix = bordered(a, constraints, constraint_scaling)
-         else
-            space%matrix%rows = a%rows
-            space%matrix%columns = a%columns
-            call move_alloc(a%row_start, space%matrix%row_start)
-            call move_alloc(a%column, space%matrix%column)
-            call move_alloc(a%value, space%matrix%value)
-         end if
+         if (constraints%rows > 0) space%matrix = bordered(space%matrix, constraints, constraint_scaling)
       end subroutine scale_matrix
 
       ! Factors the scaled matrix plus E: each attempt has a larger E, and another random one; the last one has MUMPS.
@@ -237,41 +228,39 @@ contains
 
       ! Finds the null vectors of the transposed matrix, and drops those that are not null entry by entry.
       subroutine find_left_vectors()
-         real(wp), allocatable :: y(:, :), x(:, :), forms(:, :)
+         real(wp), allocatable :: left(:, :), y(:, :), x(:, :), forms(:, :)
 
-         call find_null_vectors(space, .true., space%left_basis, error)
+         call find_null_vectors(space, .true., left, error)
          if (allocated(error)) return
          space%radius = huge(1.0_wp)
-         space%doubtful = size(space%left_basis, 2) /= size(basis, 2)
-         if (space%doubtful) return
-         y = space%left_basis
-         x = basis
-         call keep_null_pairs(space%matrix, space%solver, y, x, forms, space%doubtful, error)
-         if (allocated(error)) return
-         associate (n => space%unknowns, k => size(x, 2))
-            space%radius = radius_of_zeros(problem%mass, problem%damping, y(:n, :)*spread(space%row_scaling(:n), 2, k), &
-               x(:n, :)*spread(space%column_scaling(:n), 2, k), forms)
-            if (k == size(basis, 2)) return
-            call orthonormalize(basis(:, :0), n, x)
-            call orthonormalize(basis(:, :0), n, y)
+         space%doubtful = size(left, 2) /= size(basis, 2)
+         associate (n => space%unknowns, rows => space%row_scaling(:space%unknowns))
+            if (.not. space%doubtful) then
+               y = left
+               x = basis
+               call keep_null_pairs(space%matrix, space%solver, y, x, forms, space%doubtful, error)
+               if (allocated(error)) return
+               space%radius = radius_of_zeros(problem%mass, problem%damping, scaled(y(:n, :), rows), &
+                  scaled(x(:n, :), space%column_scaling(:n)), forms)
+               if (size(x, 2) < size(basis, 2)) then
+                  call orthonormalize(basis(:, :0), n, x)
+                  call orthonormalize(basis(:, :0), n, y)
+                  basis = x
+                  left = y
+               end if
+            end if
+            space%left_motions = scaled(left(:n, :), rows)
          end associate
-         basis = x
-         space%left_basis = y
       end subroutine find_left_vectors
    end subroutine find_null_space
 
-   !> Returns the null vectors of the transposed matrix: the same if A is symmetric.
-   subroutine left_motions(self, left)
-      class(null_space_type), intent(in) :: self
-      !> n x k; another number of columns than from the right means that rounding hides the rank.
-      real(wp), allocatable, intent(out) :: left(:, :)
+   ! D X, of a diagonal matrix D.
+   pure function scaled(x, diagonal)
+      real(wp), intent(in) :: x(:, :), diagonal(:)
+      real(wp) :: scaled(size(x, 1), size(x, 2))
 
-      if (self%symmetric .or. size(self%motions, 2) == 0) then
-         left = self%motions
-      else
-         left = self%left_basis(:self%unknowns, :)*spread(self%row_scaling(:self%unknowns), 2, size(self%left_basis, 2))
-      end if
-   end subroutine left_motions
+      scaled = x*spread(diagonal, 2, size(x, 2))
+   end function scaled
 
    ! Finds all null vectors, block by block until a block has fewer than it has room for, and drops those of a symmetric matrix
    ! whose energy is not zero.
@@ -326,7 +315,7 @@ contains
          do turn = 1, most_turns
             x(n + 1:, :) = 0
             call orthonormalize(x(:, :0), n, x, state)
-            call solve(space, .false., x, error)
+            call solve(space%solver, .false., x, error)
             if (allocated(error)) return
             call orthonormalize(x(:, :0), n, x)
             call diagonalize_energies(x, energies, relative_energies)
@@ -364,7 +353,7 @@ contains
       ! alternately with the matrix and its transpose, as an unsymmetric matrix may be far from normal, and refinement that removes
       ! the effect of E. Accepts the combinations whose force, a singular value, is below `force_tolerance`.
       subroutine add_null_vectors()
-         real(wp), allocatable :: x(:, :), forces(:, :), singular(:), rotation(:, :), no_force(:, :)
+         real(wp), allocatable :: x(:, :), known(:, :), forces(:, :), singular(:), rotation(:, :)
          integer, allocatable :: nearly_null(:)
          integer :: i, j, n_null
 
@@ -373,7 +362,7 @@ contains
          do i = 1, 2*double_iterations
             x(n + 1:, :) = 0
             call orthonormalize(basis, n, x, state)
-            call solve(space, transposed .neqv. mod(i, 2) == 1, x, error)
+            call solve(space%solver, transposed .neqv. mod(i, 2) == 1, x, error)
             if (allocated(error)) return
             if (mod(i, 2) == 1) cycle
             associate (growth => space%delta*lengths(x, n))
@@ -386,14 +375,9 @@ contains
          call orthonormalize(basis, n, x, state)
          ! Removes the effect of E. Orthonormalizes after each step, as the first amplifies rounding along one null vector.
          do i = 1, refinements
-            ! Orthonormalization drops columns that depend on others.
-            if (allocated(no_force)) deallocate (no_force)
-            allocate (no_force(size(x, 1), size(x, 2)), source=0.0_wp)
-            if (i == 1) then
-               call correct(space, transposed, no_force, x, error)
-            else
-               call correct(space, transposed, no_force, x, error, reshape([basis, x], [size(x, 1), size(basis, 2) + size(x, 2)]))
-            end if
+            known = basis(:, :0)
+            if (i > 1) known = reshape([basis, x], [size(x, 1), size(basis, 2) + size(x, 2)])
+            call correct(space, transposed, 0*x, x, error, known)
             if (allocated(error)) return
             call orthonormalize(basis, n, x)
          end do
@@ -434,7 +418,7 @@ contains
 
       n = self%unknowns
       allocate (rhs(self%matrix%rows, size(f, 2)), source=0.0_wp)
-      rhs(:n, :) = f*spread(self%row_scaling(:n), 2, size(f, 2))
+      rhs(:n, :) = scaled(f, self%row_scaling(:n))
       y = 0
       do step = 1, refinements
          call correct(self, .false., rhs, y, error, self%basis)
@@ -442,7 +426,7 @@ contains
          call subtract(self%basis, self%basis, y, n)
          call subtract(self%basis, self%basis, y, n)
       end do
-      y = y*spread(self%column_scaling, 2, size(f, 2))
+      y = scaled(y, self%column_scaling)
    end subroutine pseudo_solve
 
    ! Corrects solutions of A x = f by the factors of A + E: reduces the effect of E by a factor of delta ||A^+||. Where E is delta
@@ -455,28 +439,13 @@ contains
       real(wp), contiguous, intent(inout) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
       !> As far as they are known.
-      real(wp), contiguous, optional, intent(in) :: null_vectors(:, :)
+      real(wp), contiguous, intent(in) :: null_vectors(:, :)
       real(wp), allocatable :: residual(:, :)
 
-      allocate (residual, source=f)
-      residual = residual - space%matrix%product(x, transposed)
-      if (present(null_vectors) .and. space%symmetric .and. .not. (space%perturbed .and. space%matrix%rows > space%unknowns)) &
+      residual = f - space%matrix%product(x, transposed)
+      if (space%symmetric .and. .not. (space%perturbed .and. space%matrix%rows > space%unknowns)) &
          call subtract(null_vectors, null_vectors, residual)
-      call solve(space, transposed, residual, error)
+      call solve(space%solver, transposed, residual, error)
       if (.not. allocated(error)) x = x + residual
    end subroutine correct
-
-   ! Solves with the factors of A + E, or with their transpose, in place.
-   subroutine solve(space, transposed, x, error)
-      class(null_space_type), intent(inout) :: space
-      logical, intent(in) :: transposed
-      real(wp), contiguous, intent(inout) :: x(:, :)
-      type(error_type), allocatable, intent(out) :: error
-
-      if (transposed) then
-         call space%solver%solve_adjoint(x, error)
-      else
-         call space%solver%solve(x, error)
-      end if
-   end subroutine solve
 end module kschur_null_space

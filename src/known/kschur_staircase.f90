@@ -65,7 +65,8 @@ contains
       allocate (space%x, source=null_space%motions)
       allocate (space%v(n, k), space%links(k, k), extended(k, 0), source=0.0_wp)
       if (k == 0) return
-      call null_space%left_motions(left)
+      left = null_space%motions
+      if (allocated(null_space%left_motions)) left = null_space%left_motions
       if (size(left, 2) /= k) return
       call separate_motions(space%x, a1, a2)
       call separate_motions(left, a1, a2)
