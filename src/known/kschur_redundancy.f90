@@ -59,10 +59,9 @@ contains
       ! The scaled matrix, and exponents of the powers of two that scale rows and columns.
       type(csr_matrix_type) :: matrix
       integer, allocatable :: row_exponents(:), column_exponents(:)
-      ! Pivot row p, `reduced(p)`, is row_of(p) of the matrix less the multiples `factors_of(p)` of pivot rows before it, times
-      ! magnified(p); its pivot is its first entry.
+      ! Pivot row p, `reduced(p)`, is row_of(p) of the matrix less the multiples `factors_of(p)` of pivot rows before it; its pivot
+      ! is its first entry.
       type(row_type), allocatable :: factors_of(:), reduced(:)
-      real(xp), allocatable :: magnified(:)
       integer, allocatable :: row_of(:)
       integer :: pivots
       ! The pivot row of each column, 0: none; the number of entries of each column.
@@ -81,7 +80,7 @@ contains
       ! Size of the remainder of a row: in the scaled matrix, and relative to the row in the units of the constraints as given, in
       ! which they are factored later.
       real(xp) :: remainder, distance
-      integer :: i, j, m, power
+      integer :: i, j, m
 
       m = constraints%rows
       allocate (dependence%is_redundant(m), source=.false.)
@@ -100,7 +99,6 @@ contains
             distance = maxval([0.0_xp, scale(abs(value(columns)), -row_exponents(i) - column_exponents(columns))])/ &
                given_sizes(i)
          end associate
-         power = 0
          if (.not. (remainder >= nearly_dependent*sizes(i) .and. distance >= nearly_dependent)) then
             ! The terms of the combination, whose rounding the remainder may be, are at least as large as the row.
             dependence%is_redundant(i) = remainder <= rounding_of_row*sizes(i)
@@ -112,7 +110,6 @@ contains
                call drop_entries(huge(1.0_xp))
                cycle
             end if
-            if (remainder < nearly_dependent*sizes(i)) power = 1 - exponent(remainder)
             dependence%near = [dependence%near, i]
             dependence%distance = [dependence%distance, real(distance, wp)]
             associate (k => size(dependence%near), to_size_one => 1 - exponent(distance))
@@ -144,7 +141,7 @@ contains
          call equilibrate(matrix, rows, columns, always=.true.)
          row_exponents = exponent(rows) - 1
          column_exponents = exponent(columns) - 1
-         allocate (row_of(m), magnified(m), factors_of(m), reduced(m))
+         allocate (row_of(m), factors_of(m), reduced(m))
          allocate (pivot_of(size(columns)), entries(size(columns)), source=0)
          do k = 1, constraints%nonzeros()
             entries(constraints%column(k)) = entries(constraints%column(k)) + 1
@@ -220,35 +217,24 @@ contains
       ! Expresses the remainder, row i less multiples of pivot rows, as a combination of rows of the matrix by back substitution.
       subroutine combine(i)
          integer, intent(in) :: i
-         type(number_heap_type) :: pending
-         real(xp) :: weight(pivots), share
-         integer :: k, p
+         real(xp) :: weight(pivots)
+         integer :: p
 
-         ! The latest pivot row first, as each is a combination of those before it.
          weight = 0
-         do k = 1, size(factors%column)
-            weight(factors%column(k)) = -factors%value(k)
-            call pending%put(-factors%column(k))
-         end do
-         combination%column = [i]
-         combination%value = [1.0_xp]
-         do while (pending%length > 0)
-            p = -pending%least()
-            share = weight(p)*magnified(p)
-            if (.not. abs(share) > 0) cycle
+         weight(factors%column) = -factors%value
+         combination = row_type([i], [1.0_xp])
+         ! The latest pivot row first, as each is a combination of those before it.
+         do p = pivots, 1, -1
+            if (.not. abs(weight(p)) > 0) cycle
             combination%column = [combination%column, row_of(p)]
-            combination%value = [combination%value, share]
-            weight(p) = 0
-            do k = 1, size(factors_of(p)%column)
-               associate (q => factors_of(p)%column(k))
-                  weight(q) = weight(q) - share*factors_of(p)%value(k)
-                  call pending%put(-q)
-               end associate
-            end do
+            combination%value = [combination%value, weight(p)]
+            associate (others => factors_of(p)%column)
+               weight(others) = weight(others) - weight(p)*factors_of(p)%value
+            end associate
          end do
       end subroutine combine
 
-      ! Makes the current row, times a power of two, the next pivot row, and chooses its pivot for low fill. Clears the current row.
+      ! Makes the current row the next pivot row, and chooses its pivot for low fill. Clears the current row.
       subroutine add_pivot(i)
          integer, intent(in) :: i
          real(xp) :: magnitude(length), limit
@@ -270,9 +256,8 @@ contains
          pivots = pivots + 1
          associate (p => pivots, columns => nonzeros(:length))
             row_of(p) = i
-            magnified(p) = scale(1.0_xp, power)
             factors_of(p) = factors
-            reduced(p) = row_type(columns, scale(value(columns), power))
+            reduced(p) = row_type(columns, value(columns))
             pivot_of(columns(1)) = p
          end associate
          call drop_entries(huge(1.0_xp))
