@@ -151,10 +151,13 @@ contains
          type(null_space_type), intent(inout) :: null_space
          !> The coefficient at the other end of the polynomial: M for null vectors of K, K for those of M.
          type(csr_matrix_type), intent(in) :: other_end
+         type(csr_matrix_type) :: a1
 
          if (examination%deflation%oscillator) then
-            call find_root_space(space, null_space, signed(other_end, formulation), &
-               empty_csr_matrix(other_end%rows, other_end%rows), error, monitor)
+            ! The coefficient of theta, or of 1/theta: in the undamped formulation theta is omega^2 = -lambda^2.
+            a1 = other_end
+            if (formulation == formulation_undamped) a1%value = -a1%value
+            call find_root_space(space, null_space, a1, empty_csr_matrix(a1%rows, a1%rows), error, monitor)
          else
             call find_root_space(space, null_space, problem%damping, other_end, error, monitor)
          end if
@@ -306,15 +309,4 @@ contains
             all(abs(product(:, 1)) <= rounding_of_row*matrix%row_maxima()*maxval(abs(candidate)))
       end function vanishes
    end subroutine check_inertia
-
-   ! The coefficient A1 of K + theta A1, or of M + A1/theta: the given matrix, but its negative in the undamped formulation, whose
-   ! theta is omega^2 = -lambda^2.
-   function signed(matrix, formulation)
-      type(csr_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: formulation
-      type(csr_matrix_type) :: signed
-
-      signed = matrix
-      if (formulation == formulation_undamped) signed%value = -signed%value
-   end function signed
 end module kschur_examination
