@@ -6,6 +6,7 @@ module kschur_shapes
    use kschur_orthonormal, only: orthonormalize
    use kschur_problem, only: modal_problem_type
    use kschur_residual_parts, only: forces_of
+   use kschur_sorting, only: ascending_order
    use kschur_tolerances, only: above_all_rounding, nearly_zero, rounding_of_row, rounding_of_sums, same_shape
    implicit none
    private
@@ -60,11 +61,10 @@ contains
       complex(wp) :: m, r, s
       ! An orthonormal basis of the rigid motions.
       real(wp), allocatable :: motions(:, :)
-      real(wp) :: m_terms, r_terms, k_terms, smallest, largest, sizes(k)
+      real(wp) :: m_terms, r_terms, k_terms, largest, sizes(k)
       ! Whether the rigid motions are left null vectors of the stiffness, too.
       logical :: stiffness_is_symmetric
-      logical :: is_pending(k)
-      integer :: i, j
+      integer :: order(k), i, j
 
       repeats = .false.
       if (min(rigid, k) == 0) return
@@ -77,19 +77,17 @@ contains
          motions(:, i) = real(pairs%column(zeros(i)), wp)
       end do
       call orthonormalize(motions(:, :0), size(motions, 1), motions)
-      ! Tests shapes in the order of increasing eigenvalues, and stops above the largest that may be a zero, as shapes cost more.
-      is_pending = .true.
-      smallest = huge(1.0_wp)
+      ! Tests shapes in the order of increasing eigenvalues, and stops far below the first that is no motion, as shapes cost more.
+      order = ascending_order(sizes)
+      largest = huge(1.0_wp)
       do i = 1, k
-         j = minloc(sizes, 1, is_pending)
-         is_pending(j) = .false.
-         if (smallest < huge(1.0_wp) .and. sizes(j) > nearly_zero*max(reference, smallest)) exit
+         j = order(i)
+         if (sizes(j) > nearly_zero*largest) exit
          shape = pairs%column(j)
          repeats(j) = hypot(norm2(off_motions(real(shape, wp))), norm2(off_motions(aimag(shape)))) <= same_shape*norm2(abs(shape))
-         if (.not. repeats(j)) smallest = min(smallest, sizes(j))
+         if (.not. repeats(j)) largest = min(largest, max(reference, sizes(j)))
       end do
-      largest = reference
-      if (smallest < huge(1.0_wp)) largest = max(reference, smallest)
+      if (all(repeats)) largest = reference
       stiffness_is_symmetric = problem%stiffness%is_symmetric()
       if (allocated(problem%loss)) stiffness_is_symmetric = stiffness_is_symmetric .and. problem%loss%is_symmetric()
       do j = 1, k
