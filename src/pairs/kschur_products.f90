@@ -89,7 +89,9 @@ contains
          call rows%sums%send(size(phi), phi)
          call rows%sums%send(size(xi), xi)
       end if
-      call allocate_products(products, n, merge(1, 2, pairs%is_real()))
+      products%parts = merge(1, 2, pairs%is_real())
+      if (.not. allocated(products%phi)) allocate (products%phi(n, lanes), products%mass(n, lanes), products%damping(n, lanes), &
+         products%static_forces(n, 2*lanes))
       !$omp parallel do schedule(static) if (n > panel_rows)
       do i = 1, n, block_rows
          call multiply_rows(i, min(i + block_rows - 1, n))
@@ -221,20 +223,6 @@ contains
          products%forms(:, :pairs) = cmplx(sums(2:4, :), sums(5:7, :), xp)
       end subroutine set_norms_and_forms
    end subroutine multiply_pairs
-
-   ! Allocates the products for shapes of one or two parts, unless they are already.
-   pure subroutine allocate_products(products, n, parts)
-      type(products_type), intent(inout) :: products
-      integer, intent(in) :: n, parts
-
-      if (allocated(products%mass)) then
-         if (products%parts == parts) return
-         deallocate (products%mass, products%damping, products%static_forces)
-      end if
-      products%parts = parts
-      if (.not. allocated(products%phi)) allocate (products%phi(n, lanes))
-      allocate (products%mass(n, lanes), products%damping(n, lanes), products%static_forces(n, 2*lanes/parts))
-   end subroutine allocate_products
 
    ! Packs shapes and multipliers with the parts of each entry side by side: phi is lanes x n, xi is lanes x m x (2/parts), as
    ! multipliers of real shapes have their imaginary parts in a second slice. Unused lanes are zero.
