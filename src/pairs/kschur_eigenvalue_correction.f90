@@ -6,10 +6,9 @@ module kschur_eigenvalue_correction
    use kschur_kinds, only: wp, xp
    use kschur_problem, only: damping_none, modal_problem_type
    use kschur_products, only: multiply_pairs, pairs_at_once, products_type
-   use kschur_residual_parts, only: residual_parts
+   use kschur_residual_parts, only: residual_part, residual_parts
    use kschur_sparse, only: csr_matrix_type, transpose_csr
-   use kschur_tolerances, only: accepted_backward_error, blurred_value, cancelled, correctable, dependent, real_tolerance, &
-      rounding_of_row, spurious
+   use kschur_tolerances, only: accepted_backward_error, blurred_value, cancelled, correctable, real_tolerance, spurious
    implicit none
    private
    public :: correct_eigenvalues
@@ -25,7 +24,7 @@ contains
       type(modal_problem_type), intent(in) :: problem
       !> Pairs of unit norm.
       type(eigenpairs_type), intent(inout) :: pairs
-      !> Number of rigid motions and their decays, the last pairs: their zeros are exact and stay.
+      !> Number of rigid motions and their decays, the last pairs: their eigenvalues are known and stay.
       integer, intent(in) :: rigid
       !> Whether eigenvalues are refined: they stay as they are.
       logical, intent(in) :: refined
@@ -57,16 +56,11 @@ contains
          do j = first, last
             l = j - first + 1
             moved = .false.
-            if (.not. refined) then
-               if (j <= k - rigid) then
-                  ! The left vector is the conjugate of phi.
-                  if (problem%symmetric) call move_to_root(products%forms(:, l), pairs%lambda(j))
-                  if (problem%damping_kind == damping_none .and. .not. allocated(problem%loss)) &
-                     call move_eigenvalue(problem, pairs, j, nearer_axis(pairs%lambda(j)), blurred_value)
-               else if (problem%symmetric .and. is_rigid_decay(l, pairs%lambda(j))) then
-                  ! Its stiffness is rounding, and left out of the functional.
-                  call move_to_root([products%forms(:2, l), cmplx(0, kind=xp)], pairs%lambda(j))
-               end if
+            if (j <= k - rigid .and. .not. refined) then
+               ! The left vector is the conjugate of phi.
+               if (problem%symmetric) call move_to_root(products%forms(:, l), pairs%lambda(j))
+               if (problem%damping_kind == damping_none .and. .not. allocated(problem%loss)) &
+                  call move_eigenvalue(problem, pairs, j, nearer_axis(pairs%lambda(j)), blurred_value)
                call move_to_real_axis(j)
             end if
             if (pairs%paired(j) .and. .not. abs(aimag(pairs%lambda(j))) > 0) then
@@ -88,25 +82,10 @@ contains
 
    contains
 
-      ! Whether pair l is the decay of a rigid motion: lambda M phi = -R phi to rounding, without stiffness and constraints.
-      pure logical function is_rigid_decay(l, lambda)
-         integer, intent(in) :: l
-         complex(wp), intent(in) :: lambda
-
-         associate (part => products%parts*(l - 1) + 1)
-            associate (damping => products%damping(:, part), mass => products%mass(:, part))
-               is_rigid_decay = abs(lambda) > 0 .and. &
-                  maxval(abs(real(lambda, wp)*mass + damping)) <= dependent*maxval(abs(damping))
-            end associate
-         end associate
-      end function is_rigid_decay
-
       ! Moves the eigenvalue of pair j to the real axis if it is near, and if the real part of the shape, rotated to be as real as
       ! possible, has a residual there that is no larger than rounding allows. With losses the shape stays as it is.
       subroutine move_to_real_axis(j)
          integer, intent(in) :: j
-         real(wp) :: limit
-         real(xp) :: forms(3), terms
 
          associate (lambda => pairs%lambda(j))
             if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > blurred_value*abs(lambda)) return
@@ -117,24 +96,11 @@ contains
             end if
             on_axis = part_on_axis(pairs, j, imaginary=.false.)
             if (.not. norm2(on_axis%real_phi) > 0) return
+            ! It is not normwise: a large force in one unit would hide imaginary parts in others.
+            moved = residual_part(problem, on_axis, 1) <= allowed_residual(residual_part(problem, pairs, j))
+            if (.not. moved) return
+            lambda = on_axis%lambda(1)
             call multiply_pairs(problem, transposed, on_axis, 1, 1, problem%symmetric, products_on_axis)
-            limit = residual_of(problem, pairs, j)
-            if (problem%symmetric .and. pairs%paired(j)) then
-               ! The real shape u must give u^T P(lambda) u real roots, or a double one to rounding.
-               forms = real(products_on_axis%forms(:, 1), xp)
-               terms = forms(2)**2 + 4*abs(forms(1)*forms(3))
-               if (.not. (forms(2)**2 - 4*forms(1)*forms(3) >= -rounding_of_row*terms)) return
-               limit = allowed_residual(sqrt(limit))
-            else if (.not. pairs%paired(j) .and. abs(aimag(lambda)) <= real_tolerance*abs(lambda)) then
-               limit = max(real_tolerance, allowed_residual(limit))
-            else if (pairs%paired(j)) then
-               ! A pair counts as two eigenvalues either way: an inaccurate one is left for polishing to decide.
-               limit = allowed_residual(min(limit, cancelled))
-            else
-               limit = allowed_residual(limit)
-            end if
-            moved = residual_of(problem, on_axis, 1) <= limit
-            if (moved) lambda = on_axis%lambda(1)
          end associate
       end subroutine move_to_real_axis
 
@@ -199,16 +165,14 @@ contains
       integer, intent(in) :: j
       complex(wp), intent(in) :: lambda
       real(wp), intent(in) :: distance
-      type(eigenpairs_type) :: moved
-      integer :: i
+      complex(wp) :: given
+      real(wp) :: limit
 
-      associate (change => abs(pairs%lambda(j) - lambda))
-         if (.not. change > 0 .or. change > distance*abs(pairs%lambda(j))) return
-      end associate
-      moved = chosen_pairs(pairs, [(i == j, i=1, size(pairs%lambda))])
-      moved%lambda = lambda
-      if (residual_of(problem, moved, 1) <= max(cancelled, allowed_residual(residual_of(problem, pairs, j)))) &
-         pairs%lambda(j) = lambda
+      given = pairs%lambda(j)
+      if (.not. abs(given - lambda) > 0 .or. abs(given - lambda) > distance*abs(given)) return
+      limit = max(cancelled, allowed_residual(residual_part(problem, pairs, j)))
+      pairs%lambda(j) = lambda
+      if (.not. residual_part(problem, pairs, j) <= limit) pairs%lambda(j) = given
    end subroutine move_eigenvalue
 
    ! Pair j on the real axis: the real or the imaginary part, of unit norm, of its shape rotated to be as real as possible.
@@ -236,15 +200,4 @@ contains
 
       allowed_residual = max(10*error, 16*epsilon(1.0_wp))
    end function allowed_residual
-
-   ! The residual of pair j, relative to its terms. It is not normwise, so that it does not depend on units: a large force in one
-   ! unit would hide imaginary parts in others.
-   real(wp) function residual_of(problem, pairs, j)
-      type(modal_problem_type), intent(in) :: problem
-      type(eigenpairs_type), intent(in) :: pairs
-      integer, intent(in) :: j
-      integer :: i
-
-      residual_of = sum(residual_parts(problem, pairs, [(i == j, i=1, size(pairs%lambda))]))
-   end function residual_of
 end module kschur_eigenvalue_correction

@@ -7,35 +7,42 @@ module kschur_residual_parts
    use kschur_sparse, only: csr_matrix_type
    implicit none
    private
-   public :: forces_of, residual_parts
+   public :: forces_of, residual_part, residual_parts
 
 contains
 
-   !> Norm of the residual of chosen pairs relative to the norm of the magnitudes of its terms (2-norms): unlike a backward
-   !> error it does not depend on the magnitude of the eigenvalue. Zero for the others.
+   !> Residuals of chosen pairs relative to their terms; zero for the others.
    function residual_parts(problem, pairs, chosen) result(parts)
       type(modal_problem_type), intent(in) :: problem
       class(eigenpairs_type), intent(in) :: pairs
       logical, intent(in) :: chosen(:)
       real(wp) :: parts(size(pairs%lambda))
-      complex(wp) :: phi(pairs%rows(), 1)
-      real(wp) :: terms(pairs%rows(), 1)
       integer :: j
 
       parts = 0
-      if (.not. any(chosen)) return
       do j = 1, size(parts)
-         if (.not. chosen(j)) cycle
-         phi(:, 1) = pairs%column(j)
-         terms = 0
-         call add_magnitudes(problem%mass, abs(pairs%lambda(j)**2*phi), terms)
-         call add_magnitudes(problem%damping, abs(pairs%lambda(j)*phi), terms)
-         call add_magnitudes(problem%stiffness, abs(phi), terms)
-         if (allocated(problem%loss)) call add_magnitudes(problem%loss, abs(phi), terms)
-         call add_transposed_sizes(problem%constraints, pairs%xi(:, j), terms(:, 1))
-         parts(j) = norm2(abs(sum(forces_of(problem, pairs, j), 2)))/max(norm2(terms), tiny(1.0_wp))
+         if (chosen(j)) parts(j) = residual_part(problem, pairs, j)
       end do
    end function residual_parts
+
+   !> Norm of the residual of pair j relative to the norm of the magnitudes of its terms (2-norms): unlike a backward error it does
+   !> not depend on the magnitude of the eigenvalue.
+   real(wp) function residual_part(problem, pairs, j) result(part)
+      type(modal_problem_type), intent(in) :: problem
+      class(eigenpairs_type), intent(in) :: pairs
+      integer, intent(in) :: j
+      complex(wp) :: phi(pairs%rows(), 1)
+      real(wp) :: terms(pairs%rows(), 1)
+
+      phi(:, 1) = pairs%column(j)
+      terms = 0
+      call add_magnitudes(problem%mass, abs(pairs%lambda(j)**2*phi), terms)
+      call add_magnitudes(problem%damping, abs(pairs%lambda(j)*phi), terms)
+      call add_magnitudes(problem%stiffness, abs(phi), terms)
+      if (allocated(problem%loss)) call add_magnitudes(problem%loss, abs(phi), terms)
+      call add_transposed_sizes(problem%constraints, pairs%xi(:, j), terms(:, 1))
+      part = norm2(abs(sum(forces_of(problem, pairs, j), 2)))/max(norm2(terms), tiny(1.0_wp))
+   end function residual_part
 
    !> The forces of pair j: lambda^2 M phi, lambda R phi, and K phi + i H phi + Cq^T xi; n x 3.
    function forces_of(problem, pairs, j) result(forces)
