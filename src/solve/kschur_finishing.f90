@@ -1,14 +1,12 @@
 !> Polishes modes that an iteration left inaccurate or in doubt, and refines those of small problems, cluster by cluster
 !> (docs/theory.md, section 11).
 module kschur_finishing
-   use kschur_backward_error, only: judge_as_given
-   use kschur_context, only: solve_context_type, whole_given, whole_iterated
+   use kschur_context, only: solve_context_type, whole_iterated
    use kschur_effort, only: for_refinement
    use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, keep_pairs
    use kschur_error, only: error_cancelled, error_convergence, error_singular, error_type
    use kschur_hidden, only: are_known, may_be_infinite
    use kschur_kinds, only: wp
-   use kschur_memory, only: require_memory
    use kschur_mode_selection, only: judge_pairs, mode_request_type
    use kschur_modes, only: modes_type
    use kschur_outcome, only: certified_yes, inaccurate_above
@@ -35,7 +33,7 @@ module kschur_finishing
    type :: judgement_type
       !> Backward errors, or if larger and units are uneven, residuals relative to their own terms.
       real(wp), allocatable :: errors(:)
-      !> Error bounds of the eigenvalues (1/s): the smaller of those in balanced units and in the units as given.
+      !> Error bounds of the eigenvalues (1/s).
       real(wp), allocatable :: uncertainty(:)
       !> Whether `errors` is worth reducing; whether the error bound is so large that it may be no eigenvalue; whether polishing did
       !> not find it again.
@@ -56,8 +54,8 @@ contains
       type(cluster_type), allocatable :: clusters(:)
 
       call s%hold(whole_iterated, error)
-      if (.not. allocated(error)) call judge()
       if (allocated(error)) return
+      call judge()
       call find_suspects()
       call polish_clusters(s, modes, clusters, judgement, .false., error)
       if (.not. (allocated(error) .or. is_counted(s))) call modes%leave_out(judgement%not_found)
@@ -66,8 +64,6 @@ contains
 
       ! Decides which modes are inaccurate or in doubt.
       subroutine judge()
-         type(eigenpairs_type) :: given
-         real(wp), allocatable :: errors(:), bounds(:)
          logical, allocatable :: candidates(:)
          logical :: by_terms
 
@@ -87,20 +83,6 @@ contains
             (judgement%errors > s%options%good_enough() .or. aimag(modes%lambda) < 0))
          allocate (judgement%doubtful, source=candidates .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda))
          if (.not. any(judgement%doubtful)) return
-         ! Error bounds may be better in the units of the problem as given.
-         allocate (errors(count(judgement%doubtful)), bounds(count(judgement%doubtful)))
-         call require_memory(s%bytes_of_shapes(2*size(errors)), "mode shapes", error)
-         if (allocated(error)) return
-         given = chosen_pairs(modes, judgement%doubtful)
-         call s%hold(whole_given, error)
-         if (.not. allocated(error)) call s%expand(given, error)
-         if (allocated(error)) return
-         call judge_as_given(s%problem, given, spread(.false., 1, size(errors)), errors, bounds)
-         where (.not. bounds >= 0) bounds = huge(1.0_wp)
-         judgement%uncertainty = min(judgement%uncertainty, unpack(bounds, judgement%doubtful, huge(1.0_wp)))
-         judgement%doubtful = judgement%doubtful .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda)
-         call s%hold(whole_iterated, error)
-         if (allocated(error)) return
          judgement%doubtful = unpack(may_be_infinite(s%work, chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
       end subroutine judge
 
@@ -161,7 +143,6 @@ contains
             end associate
          end do
          judgement%errors = modes%backward_error
-         judgement%uncertainty = modes%uncertainty
          call polish_clusters(s, modes, clusters, judgement, .true., error)
          if (allocated(error)) return
       end do
