@@ -173,7 +173,8 @@ contains
          call apply_shift_invert()
          if (.not. allocated(error)) call find_ritz_pairs(current%pairs)
          if (allocated(error)) return
-         if (.not. present(lambda)) call keep_pairs(current%pairs, cluster%holds(current%pairs%lambda))
+         if (.not. present(lambda)) &
+            call keep_pairs(current%pairs, abs(current%pairs%lambda - cluster%centre) <= cluster%radius)
          inside = cluster%count_eigenvalues(current%pairs%lambda)
          if (allocated(current%errors)) deallocate (current%errors)
          allocate (current%errors, source=backward_errors(problem, current%pairs))

@@ -21,8 +21,6 @@ module kschur_split
       !> Not with losses.
       logical :: on_axis = .false.
    contains
-      !> Whether an eigenvalue lies within the radius of the cluster.
-      procedure :: holds
       !> Increases the radius to a relative distance, limited to half of the gap.
       procedure :: widen
       !> Counts the eigenvalues of a list, both of a conjugate pair if the cluster meets the real axis.
@@ -141,14 +139,6 @@ contains
 
       self%radius = max(self%radius, min(self%gap/2, distance*abs(self%centre)))
    end subroutine widen
-
-   !> Whether an eigenvalue lies within the radius.
-   elemental logical function holds(self, lambda)
-      class(cluster_type), intent(in) :: self
-      complex(wp), intent(in) :: lambda
-
-      holds = abs(lambda - self%centre) <= self%radius
-   end function holds
 
    pure integer function count_eigenvalues(self, lambda)
       class(cluster_type), intent(in) :: self
