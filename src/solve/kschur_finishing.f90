@@ -33,8 +33,6 @@ module kschur_finishing
    type :: judgement_type
       !> Backward errors, or if larger and units are uneven, residuals relative to their own terms.
       real(wp), allocatable :: errors(:)
-      !> Error bounds of the eigenvalues (1/s).
-      real(wp), allocatable :: uncertainty(:)
       !> Whether `errors` is worth reducing; whether the error bound is so large that it may be no eigenvalue; whether polishing did
       !> not find it again.
       logical, allocatable :: poor(:), doubtful(:), not_found(:)
@@ -55,20 +53,21 @@ contains
 
       call s%hold(whole_iterated, error)
       if (allocated(error)) return
-      call judge()
       call find_suspects()
       call polish_clusters(s, modes, clusters, judgement, .false., error)
       if (.not. (allocated(error) .or. is_counted(s))) call modes%leave_out(judgement%not_found)
 
    contains
 
-      ! Decides which modes are inaccurate or in doubt.
-      subroutine judge()
-         logical, allocatable :: candidates(:)
+      ! Decides which modes are inaccurate or in doubt, splits all into clusters, and keeps those to be polished, as wide as the
+      ! errors of their members may be: where a member is inaccurate or in doubt, or members are linearly dependent.
+      subroutine find_suspects()
+         real(wp), allocatable :: discs(:)
+         logical, allocatable :: candidates(:), is_suspect(:)
          logical :: by_terms
+         integer :: i
 
          allocate (judgement%errors, source=modes%backward_error)
-         allocate (judgement%uncertainty, source=modes%uncertainty)
          ! Backward errors are relative to the largest terms, and say little about small eigenvalues or small units. So if units are
          ! uneven, or the set is complete and each of its eigenvalues must be accurate, residuals are compared with their own terms.
          by_terms = s%plan%spread_of_units() > uneven .or. (s%known%total%exact .and. modes%found == s%known%total%number)
@@ -81,20 +80,11 @@ contains
          ! What lies below the real axis, as with losses, is no mode, unless its error moved it there.
          allocate (judgement%poor, source=candidates .and. &
             (judgement%errors > s%options%good_enough() .or. aimag(modes%lambda) < 0))
-         allocate (judgement%doubtful, source=candidates .and. judgement%uncertainty > no_correct_digits*abs(modes%lambda))
-         if (.not. any(judgement%doubtful)) return
-         judgement%doubtful = unpack(may_be_infinite(s%work, chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
-      end subroutine judge
-
-      ! Splits the modes into clusters, and keeps those to be polished, as wide as the errors of their members may be: where a
-      ! member is inaccurate or in doubt, or members are linearly dependent.
-      subroutine find_suspects()
-         real(wp), allocatable :: discs(:)
-         logical, allocatable :: is_suspect(:)
-         integer :: i
-
+         allocate (judgement%doubtful, source=candidates .and. modes%uncertainty > no_correct_digits*abs(modes%lambda))
+         if (any(judgement%doubtful)) judgement%doubtful = &
+            unpack(may_be_infinite(s%work, chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
          allocate (discs, source=same_value*abs(modes%lambda))
-         where (judgement%poor) discs = max(discs, min(judgement%uncertainty, no_correct_digits*abs(modes%lambda)))
+         where (judgement%poor) discs = max(discs, min(modes%uncertainty, no_correct_digits*abs(modes%lambda)))
          call split(modes%lambda, discs, clusters, lossy=s%is_lossy())
          allocate (is_suspect(size(clusters)))
          do i = 1, size(clusters)
@@ -195,7 +185,7 @@ contains
          if (refines .or. .not. any(judgement%not_found(clusters(i)%members))) cycle
          ! Within the error bounds of doubtful members the matrix may be singular to rounding: once more from outside.
          outer = clusters(i)
-         outer%disc = min(maxval(judgement%uncertainty(outer%members)), part_of_radius*outer%radius)
+         outer%disc = min(maxval(modes%uncertainty(outer%members)), part_of_radius*outer%radius)
          call polish_cluster(outer)
          if (allocated(error)) return
       end do
