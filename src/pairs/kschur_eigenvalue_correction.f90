@@ -35,12 +35,12 @@ contains
       !> Estimates of the errors of the eigenvalues (1/s): these bounds, or where not known the lower limit of any bound.
       real(wp), allocatable, intent(out) :: uncertainty(:)
       type(csr_matrix_type) :: transposed
-      type(products_type) :: products, products_on_axis
+      type(products_type) :: products
       type(eigenpairs_type) :: copies, on_axis
       real(wp) :: norms(4)
       integer, allocatable :: double_real(:)
       integer :: first, last, j, k, l
-      logical :: moved
+      logical :: moved, multiplied
 
       k = size(pairs%lambda)
       transposed = transpose_csr(problem%constraints)
@@ -53,6 +53,7 @@ contains
          ! Exact zeros need no products.
          if (all([(j > k - rigid .and. .not. abs(pairs%lambda(j)) > 0, j=first, last)])) cycle
          call multiply_pairs(problem, transposed, pairs, first, last, problem%symmetric, products)
+         multiplied = .true.
          do j = first, last
             l = j - first + 1
             moved = .false.
@@ -67,12 +68,13 @@ contains
                double_real = [double_real, j]
                call append_pairs(copies, part_on_axis(pairs, j, imaginary=.true.))
             end if
-            if (moved) then
-               call replace_pair(pairs, j, on_axis, 1)
-               call judge(problem%symmetric, norms, products_on_axis, 1, pairs%lambda(j), j > k - rigid, errors(j), bounds(j))
-            else
-               call judge(problem%symmetric, norms, products, l, pairs%lambda(j), j > k - rigid, errors(j), bounds(j))
-            end if
+            if (moved) call replace_pair(pairs, j, on_axis, 1)
+            multiplied = multiplied .and. .not. moved
+         end do
+         if (.not. multiplied) call multiply_pairs(problem, transposed, pairs, first, last, problem%symmetric, products)
+         do j = first, last
+            l = j - first + 1
+            call judge(problem%symmetric, norms, products, l, pairs%lambda(j), j > k - rigid, errors(j), bounds(j))
             uncertainty(j) = bounds(j)
             if (.not. bounds(j) >= 0) uncertainty(j) = least_bound(products, l, pairs%lambda(j), errors(j), norms)
          end do
@@ -98,9 +100,7 @@ contains
             if (.not. norm2(on_axis%real_phi) > 0) return
             ! It is not normwise: a large force in one unit would hide imaginary parts in others.
             moved = residual_part(problem, on_axis, 1) <= allowed_residual(residual_part(problem, pairs, j))
-            if (.not. moved) return
-            lambda = on_axis%lambda(1)
-            call multiply_pairs(problem, transposed, on_axis, 1, 1, problem%symmetric, products_on_axis)
+            if (moved) lambda = on_axis%lambda(1)
          end associate
       end subroutine move_to_real_axis
 
