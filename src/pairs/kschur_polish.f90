@@ -146,8 +146,9 @@ contains
       complex(wp), optional, intent(in) :: lambda(:)
       ! Largest dimension of the space.
       integer, parameter :: largest = 200
-      ! Orthonormal states and their images, 2 n x p, and the solutions [x'; xi], (n + m) x p.
-      complex(wp), allocatable :: states(:, :), images(:, :), solutions(:, :)
+      ! Orthonormal states and their images, 2 n x p, the projection of these on the states, p x p, and the solutions [x'; xi],
+      ! (n + m) x p.
+      complex(wp), allocatable :: states(:, :), images(:, :), projected(:, :), solutions(:, :)
       type(polished_type) :: current, previous
       real(wp) :: limit, least, progress
       integer(long) :: random_state
@@ -171,14 +172,16 @@ contains
       do while (step < max_stagnant_steps .and. size(states, 2) > 0)
          step = step + 1
          call apply_shift_invert()
-         if (.not. allocated(error)) call find_ritz_pairs(current%pairs)
+         if (allocated(error)) return
+         projected = matmul(conjg(transpose(states)), images)
+         call find_ritz_pairs(current%pairs)
          if (allocated(error)) return
          if (.not. present(lambda)) &
             call keep_pairs(current%pairs, abs(current%pairs%lambda - cluster%centre) <= cluster%radius)
          inside = cluster%count_eigenvalues(current%pairs%lambda)
          if (allocated(current%errors)) deallocate (current%errors)
          allocate (current%errors, source=backward_errors(problem, current%pairs))
-         current%residual = block_residual(states, images)
+         current%residual = norm2(abs(images - matmul(states, projected)))/norm2(abs(images))
          progress = merge(current%residual, current%worst(), self%refines)
          if (size(current%errors) > 0 .and. 2*progress < least) then
             least = progress
@@ -329,7 +332,7 @@ contains
 
          noise = cancelled*abs(shift)/abs(shift - cluster%centre)
          p = size(images, 2)
-         t = matmul(conjg(transpose(states)), images)
+         t = projected
          if (present(lambda)) then
             allocate (found%lambda, source=lambda)
             allocate (y, source=nearest_eigenvectors(t, 1/(lambda - shift), above_all_rounding*abs(shift)))
@@ -389,13 +392,6 @@ contains
       call orthonormalize(states, 1, coefficients, kept)
       if (kept < size(states, 2)) states = states(:, :kept)
    end subroutine make_orthonormal
-
-   ! Norm of the part of the images that is orthogonal to the orthonormal states, relative to the images.
-   real(wp) function block_residual(states, images)
-      complex(wp), intent(in) :: states(:, :), images(:, :)
-
-      block_residual = norm2(abs(images - matmul(states, matmul(conjg(transpose(states)), images))))/norm2(abs(images))
-   end function block_residual
 
    ! Unit vectors y that minimize ||(T - mu) y|| for given mu, by singular vectors. Eigenvectors of T would belong to its own
    ! eigenvalues: the roots of a defective one are split by rounding. A term of the size of the noise makes the vectors of copies
