@@ -1,7 +1,7 @@
 !> Whether a mass matrix, or another symmetric matrix, is definite or semidefinite, and its nullity.
 module kschur_mass
    use kschur_effort, only: effort_type, for_mass
-   use kschur_error, only: error_type
+   use kschur_error, only: error_singular, error_type
    use kschur_kinds, only: long, wp
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_magnitudes, only: terms_of
@@ -47,7 +47,11 @@ contains
       structure%symmetric = .true.
       allocate (solver, source=inner%counting)
       call solver%factorize(mass, structure, error)
-      if (allocated(error)) return
+      if (allocated(error)) then
+         ! A solver of the user's may fail so where M is semidefinite.
+         if (error%code == error_singular) deallocate (error)
+         return
+      end if
       if (present(effort)) call effort%add_factors(solver, for_mass)
       if (solver%negative_pivots < 0) return
       semidefinite = solver%negative_pivots == 0

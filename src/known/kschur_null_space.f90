@@ -249,7 +249,7 @@ contains
                   left = y
                end if
             end if
-            space%left_motions = scaled(left(:n, :), rows)
+            allocate (space%left_motions, source=scaled(left(:n, :), rows))
          end associate
       end subroutine find_left_vectors
    end subroutine find_null_space

@@ -77,7 +77,8 @@ contains
          motions(:, i) = real(pairs%column(zeros(i)), wp)
       end do
       call orthonormalize(motions(:, :0), size(motions, 1), motions)
-      ! Tests shapes in the order of increasing eigenvalues, and stops far below the first that is no motion, as shapes cost more.
+      ! Tests shapes in the order of increasing eigenvalues, and stops behind the first that is no motion, unless that may be a
+      ! zero itself, as shapes cost more.
       order = ascending_order(sizes)
       largest = huge(1.0_wp)
       do i = 1, k
@@ -87,7 +88,7 @@ contains
          repeats(j) = hypot(norm2(off_motions(real(shape, wp))), norm2(off_motions(aimag(shape)))) <= same_shape*norm2(abs(shape))
          if (.not. repeats(j)) largest = min(largest, max(reference, sizes(j)))
       end do
-      if (all(repeats)) largest = reference
+      if (.not. largest < huge(1.0_wp)) largest = reference
       stiffness_is_symmetric = problem%stiffness%is_symmetric()
       if (allocated(problem%loss)) stiffness_is_symmetric = stiffness_is_symmetric .and. problem%loss%is_symmetric()
       do j = 1, k

@@ -88,6 +88,7 @@ contains
       ! possible, has a residual there that is no larger than rounding allows. With losses the shape stays as it is.
       subroutine move_to_real_axis(j)
          integer, intent(in) :: j
+         real(wp) :: limit
 
          associate (lambda => pairs%lambda(j))
             if (.not. abs(aimag(lambda)) > 0 .or. abs(aimag(lambda)) > blurred_value*abs(lambda)) return
@@ -99,7 +100,10 @@ contains
             on_axis = part_on_axis(pairs, j, imaginary=.false.)
             if (.not. norm2(on_axis%real_phi) > 0) return
             ! It is not normwise: a large force in one unit would hide imaginary parts in others.
-            moved = residual_part(problem, on_axis, 1) <= allowed_residual(residual_part(problem, pairs, j))
+            limit = residual_part(problem, pairs, j)
+            ! A pair counts as two eigenvalues either way: an inaccurate one is left for polishing to decide.
+            if (pairs%paired(j)) limit = min(limit, cancelled)
+            moved = residual_part(problem, on_axis, 1) <= allowed_residual(limit)
             if (moved) lambda = on_axis%lambda(1)
          end associate
       end subroutine move_to_real_axis

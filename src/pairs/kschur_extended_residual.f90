@@ -20,8 +20,11 @@ contains
       complex(wp) :: residual_of(size(x))
       real(xp) :: force(size(x), 2)
 
-      force = extended_product(problem%mass, parts(acceleration)) + extended_product(problem%damping, parts(velocity)) &
-         + extended_product(problem%stiffness, parts(x)) + extended_product(transposed, parts(cmplx(xi, kind=xp)))
+      ! One after the other, as products take memory.
+      force = extended_product(problem%mass, parts(acceleration))
+      force = force + extended_product(problem%damping, parts(velocity))
+      force = force + extended_product(problem%stiffness, parts(x))
+      force = force + extended_product(transposed, parts(cmplx(xi, kind=xp)))
       if (allocated(problem%loss)) force = force + extended_product(problem%loss, parts((0.0_xp, 1.0_xp)*x))
       residual_of = cmplx(force(:, 1), force(:, 2), wp)
    end function residual_of
