@@ -9,7 +9,7 @@ module kschur_examination
    use kschur_held_bodies, only: are_held
    use kschur_kinds, only: wp
    use kschur_magnitudes, only: terms_of
-   use kschur_mass, only: is_definite
+   use kschur_mass_bound, only: is_definite
    use kschur_monitor, only: ask_monitor, monitor_type
    use kschur_null_space, only: find_null_space, null_space_type
    use kschur_options, only: formulation_damped, formulation_damped_constrained, formulation_damped_constrained_zero, &

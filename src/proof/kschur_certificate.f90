@@ -13,7 +13,7 @@ module kschur_certificate
    use kschur_inertia, only: counting_matrix, negative_directions
    use kschur_kinds, only: wp
    use kschur_linear_solver, only: linear_solver_type, matrix_structure_type, real_linear_solver_type
-   use kschur_mass, only: is_definite
+   use kschur_mass_bound, only: is_definite
    use kschur_outcome, only: certified_no, certified_unknown, certified_yes
    use kschur_problem, only: modal_problem_type
    use kschur_random_start, only: random_start_type

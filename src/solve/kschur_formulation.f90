@@ -6,7 +6,8 @@ module kschur_formulation
    use kschur_kinds, only: wp
    use kschur_local_forces, only: description_of, local_forces_type, new_local_forces
    use kschur_loss, only: find_local_loss
-   use kschur_mass, only: examine_mass, is_definite
+   use kschur_mass, only: examine_mass
+   use kschur_mass_bound, only: is_definite
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, formulation_low_rank, formulation_names, &
       formulation_proportional, formulation_quadratic, formulation_symmetric, formulation_undamped, formulation_undamped_constrained
    use kschur_pencil, only: check_fit
