@@ -1,6 +1,8 @@
 !> Transform for symmetric undamped and proportionally damped problems: real Lanczos, or ARPACK, on (K - s M)^{-1} M restricted
 !> to the null space of Cq, in the inner product of M, which may be singular.
 module kschur_symmetric_transform
+   ! The parent first: in another order gfortran 12 may end with an internal error (write_symtree).
+   use kschur_transform, only: transform_type
    use kschur_arpack, only: arpack_symmetric
    use kschur_arpack_options, only: arpack_options_type
    use kschur_certificate, only: inertia_census_type, new_inertia_census
@@ -27,7 +29,6 @@ module kschur_symmetric_transform
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    use kschur_symmetric_rows, only: end_sharing, share_operator
    use kschur_tolerances, only: deflated_growth, known_well, nearly_zero, root_epsilon, rounding_of_sums, singular_shift
-   use kschur_transform, only: transform_type
    use kschur_transposed_solver, only: transposed_real_type
    use kschur_threads, only: panel_rows
    implicit none
