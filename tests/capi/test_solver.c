@@ -35,7 +35,8 @@ static void other_values_and_targets(void)
       for (int j = 0; j < modes; j++)
          CHECK_NEAR(frequency[j], sqrt(stiffer) * chain_omega(n, j + 1) / (2 * pi), 1e-11);
       CHECK_OK(kschur_result_get_counts(result, NULL, NULL, i == 0 ? &first : &again));
-      if (i > 0) CHECK(again < first);
+      /* For the motions and the iteration; the mass is never factored. */
+      CHECK((i == 0 ? first : again) == 2);
    }
    CHECK_OK(kschur_options_set_target_hz(options, 1.5));
    CHECK_OK(kschur_solver_solve(solver, options, result));
