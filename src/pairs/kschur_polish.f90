@@ -400,21 +400,22 @@ contains
       complex(wp), intent(in) :: t(:, :), mu(:)
       !> Noise of T, relative to mu^2.
       real(wp), intent(in) :: noise
-      complex(wp) :: y(size(t, 1), size(mu)), vt(size(t, 1), size(t, 1)), a(size(t, 1) + size(mu), size(t, 1)), no_u(1, 1), &
-         work(8*size(a, 1))
+      ! One column more than there are: OpenBLAS reads a number beyond the end.
+      complex(wp) :: y(size(t, 1), size(mu)), vt(size(t, 1), size(t, 1) + 1), a(size(t, 1) + size(mu), size(t, 1) + 1), &
+         no_u(1, 1), work(8*size(a, 1))
       real(wp) :: singular(size(t, 1)), rwork(5*size(t, 1))
       integer :: i, j, p, info
 
       p = size(t, 1)
       y = 0
       do j = 1, size(mu)
-         a(:p, :) = t
+         a(:p, :p) = t
          do i = 1, p
             a(i, i) = t(i, i) - mu(j)
          end do
-         a(p + 1:, :) = noise*abs(mu(j))**2*conjg(transpose(y))
+         a(p + 1:, :p) = noise*abs(mu(j))**2*conjg(transpose(y))
          call zgesvd("N", "A", size(a, 1), p, a, size(a, 1), singular, no_u, 1, vt, p, work, size(work), rwork, info)
-         if (info == 0) y(:, j) = conjg(vt(p, :))
+         if (info == 0) y(:, j) = conjg(vt(p, :p))
       end do
    end function nearest_eigenvectors
 end module kschur_polish

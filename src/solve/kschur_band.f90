@@ -12,7 +12,7 @@ module kschur_band
    use kschur_error, only: error_type, new_error, error_usage, take_cancelled
    use kschur_worker_loop, only: worker_loop
    use kschur_kinds, only: wp, long
-   use kschur_left_run, only: find_left_modes
+   use kschur_left_run, only: bound_modes, find_left_modes, lacks_bounds
    use kschur_low_rank_choice, only: leave_low_rank
    use kschur_modes, only: modes_type
    use kschur_monitor, only: monitor_type
@@ -147,8 +147,12 @@ contains
       if (counted) call solve_counted(s, band, modes, counted, error, groups)
       if (.not. allocated(error) .and. .not. counted) call solve_disc(s, band, modes, error)
       call s%end_step(phase_judge)
-      if (.not. allocated(error) .and. reported%left) then
+      if (allocated(error)) return
+      if (reported%left) then
          call find_left_modes(s, modes, error)
+         call s%end_step(phase_left)
+      else if (lacks_bounds(s, modes)) then
+         call bound_modes(s, modes)
          call s%end_step(phase_left)
       end if
       if (allocated(error)) return

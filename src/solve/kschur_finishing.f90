@@ -20,7 +20,7 @@ module kschur_finishing
       uneven
    implicit none
    private
-   public :: are_good, finish_modes, refine_modes
+   public :: are_good, finish_modes, is_small, refine_modes
 
    ! Radius, relative to the eigenvalue, in which a doubtful one is searched for.
    real(wp), parameter :: doubtful_radius = 0.5_wp
@@ -114,7 +114,7 @@ contains
       real(wp), allocatable :: discs(:)
       integer :: pass, i
 
-      if (s%work%unknowns() + s%work%multipliers() > largest_refined) return
+      if (.not. is_small(s)) return
       judgement%doubtful = abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda)
       if (s%problem%symmetric) judgement%doubtful = judgement%doubtful .and. modes%uncertainty > equal_value*abs(modes%lambda)
       do pass = 1, 2
@@ -152,6 +152,13 @@ contains
          end associate
       end function may_refine
    end subroutine refine_modes
+
+   !> Whether the problem is so small that factors beside each mode cost no more than the modes.
+   pure logical function is_small(s)
+      type(solve_context_type), intent(in) :: s
+
+      is_small = s%work%unknowns() + s%work%multipliers() <= largest_refined
+   end function is_small
 
    ! Polishes clusters, and replaces their members by the pairs found, the last modes of the list then.
    subroutine polish_clusters(s, modes, clusters, judgement, refines, error)

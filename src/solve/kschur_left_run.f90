@@ -6,6 +6,7 @@ module kschur_left_run
    use kschur_eigenpairs, only: eigenpairs_type, normalize
    use kschur_error, only: error_convergence, error_singular, error_type, take_cancelled
    use kschur_examination, only: find_rigid_motions, assume_no_rigid_motions
+   use kschur_finishing, only: is_small
    use kschur_left, only: find_left_pairs, set_left_modes
    use kschur_kinds, only: wp
    use kschur_modes, only: modes_type, no_modes
@@ -15,25 +16,30 @@ module kschur_left_run
    use kschur_scaling, only: constraint_factors, first_scale
    use kschur_search, only: find_modes
    use kschur_shapes, only: orthonormalize_zeros
+   use kschur_text, only: text
    use kschur_tolerances, only: above_all_rounding
    use kschur_transposed, only: transpose_problem
    implicit none
    private
-   public :: bound_modes, find_left_modes
+   public :: bound_modes, find_left_modes, lacks_bounds
 
 contains
 
    !> Sets left vectors and condition numbers of modes. If some cannot be found, the reason becomes inaccurate, or cancelled.
-   subroutine find_left_modes(s, modes, error)
+   subroutine find_left_modes(s, modes, error, iterates)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
+      !> Whether the transposed problem is iterated, or each left vector is polished without. Absent: it is iterated.
+      logical, intent(in), optional :: iterates
       type(solve_context_type), target :: adjoint
       type(modal_problem_type), target :: transposed
       type(modes_type) :: found
       type(eigenpairs_type) :: left
-      logical :: complete
+      logical :: complete, iterated
 
+      iterated = .true.
+      if (present(iterates)) iterated = iterates
       call s%announce_phase("left vectors", whole_both, error)
       if (allocated(error)) return
       call modes%make_complex()
@@ -47,8 +53,10 @@ contains
       if (allocated(error)) return
       if (s%problem%symmetric) then
          found = modes
-      else
+      else if (iterated) then
          call find_transposed_modes(s, adjoint, found, error)
+      else
+         found = no_modes(transposed%unknowns(), transposed%multipliers())
       end if
       if (.not. allocated(error)) call find_balanced_left_pairs(s, adjoint, found, modes, left, error)
       if (allocated(error)) return
@@ -61,19 +69,40 @@ contains
          modes%reason = merge(reason_cancelled, reason_inaccurate, found%reason == reason_cancelled)
    end subroutine find_left_modes
 
-   !> Sets the error bounds of modes of an unsymmetric problem from left vectors, which are not kept. Bounds stay unknown where
-   !> these cannot be found.
-   subroutine bound_modes(s, modes, error)
+   !> Whether modes lack error bounds, and the left vectors for these cost little: next to a dense solve, or to the refinement of a
+   !> small unsymmetric problem.
+   logical function lacks_bounds(s, modes)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(in) :: modes
+
+      lacks_bounds = .not. (s%problem%symmetric .or. modes%reason == reason_cancelled .or. all(modes%error_bound >= 0)) .and. &
+         (s%dense .or. (is_small(s) .and. .not. (s%is_lossy() .or. s%options%is_plain())))
+   end function lacks_bounds
+
+   !> Sets the error bounds of modes of an unsymmetric problem from left vectors, which are not kept. Where these cannot be found,
+   !> bounds stay unknown, and the reason becomes inaccurate.
+   subroutine bound_modes(s, modes)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(inout) :: modes
-      type(error_type), allocatable, intent(out) :: error
       type(modes_type) :: with_left
+      type(error_type), allocatable :: error
+      logical :: missing(size(modes%lambda))
+      integer :: attempt
 
-      with_left = modes
-      call find_left_modes(s, with_left, error)
-      if (allocated(error)) return
+      ! Factors beside each mode take the place of another iteration, which may yet find what they miss.
+      do attempt = merge(2, 1, s%dense), 2
+         with_left = modes
+         call find_left_modes(s, with_left, error, iterates=attempt == 2)
+         if (s%is_stopped()) modes%reason = reason_cancelled
+         if (allocated(error) .or. modes%reason == reason_cancelled) return
+         missing = .not. (modes%error_bound >= 0 .or. with_left%condition >= 0)
+         if (.not. any(missing)) exit
+      end do
       modes%error_bound = with_left%error_bound
       modes%uncertainty = with_left%uncertainty
+      if (.not. any(missing)) return
+      call s%add_note("modes whose errors have no bound, as no left vectors of them were found: "//text(count(missing)))
+      if (any(modes%reason == [reason_converged, reason_fewer_modes])) modes%reason = reason_inaccurate
    end subroutine bound_modes
 
    ! Computes the modes of the transposed problem on the factors of the problem. Returns none if there is no transform, if the

@@ -12,7 +12,7 @@ module kschur_solver
    use kschur_examination, only: examination_type, assume_no_rigid_motions
    use kschur_worker_loop, only: worker_loop
    use kschur_kinds, only: wp, long
-   use kschur_left_run, only: bound_modes, find_left_modes
+   use kschur_left_run, only: bound_modes, find_left_modes, lacks_bounds
    use kschur_long_list, only: find_long_list, is_long_list
    use kschur_low_rank_choice, only: leave_low_rank, settle_low_rank, weigh_low_rank
    use kschur_modes, only: modes_type, no_modes
@@ -186,9 +186,8 @@ contains
       if (.not. allocated(error) .and. options%left) then
          call find_left_modes(s, modes, error)
          call s%end_step(phase_left)
-      else if (.not. allocated(error) .and. s%dense .and. .not. s%problem%symmetric .and. modes%reason /= reason_cancelled) then
-         ! Next to the dense solve, left vectors cost little, and no other bounds hold.
-         call bound_modes(s, modes, error)
+      else if (.not. allocated(error) .and. lacks_bounds(s, modes)) then
+         call bound_modes(s, modes)
          call s%end_step(phase_left)
       end if
       ! Certificate or left vectors may be missing.
