@@ -80,7 +80,7 @@ contains
    end function lacks_bounds
 
    !> Sets the error bounds of modes of an unsymmetric problem from left vectors, which are not kept. Where these cannot be found,
-   !> bounds stay unknown, and the reason becomes inaccurate.
+   !> bounds stay unknown, and the reason becomes inaccurate, if the modes were iterated.
    subroutine bound_modes(s, modes)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(inout) :: modes
@@ -100,7 +100,8 @@ contains
       end do
       modes%error_bound = with_left%error_bound
       modes%uncertainty = with_left%uncertainty
-      if (.not. any(missing)) return
+      ! A dense set is complete, whatever its bounds.
+      if (s%dense .or. .not. any(missing)) return
       call s%add_note("modes whose errors have no bound, as no left vectors of them were found: "//text(count(missing)))
       if (any(modes%reason == [reason_converged, reason_fewer_modes])) modes%reason = reason_inaccurate
    end subroutine bound_modes

@@ -14,8 +14,8 @@ module kschur_outcome
    integer, parameter, public :: reason_fewer_modes = 2
    !> The monitor cancelled.
    integer, parameter, public :: reason_cancelled = 3
-   !> A mode has a backward error above `inaccurate_above`, or lacks a left vector that was requested or bounds its error, or modes
-   !> were discarded as too inaccurate.
+   !> A mode has a backward error above `inaccurate_above`, or lacks a left vector that was requested or would bound its error, or
+   !> modes were discarded as too inaccurate.
    integer, parameter, public :: reason_inaccurate = 4
    !> A signal interrupted the program; the library itself reports `reason_cancelled`.
    integer, parameter, public :: reason_interrupted = 5
