@@ -15,7 +15,7 @@ module kschur_presolve
    use kschur_loss, only: times_factor
    use kschur_problem, only: modal_problem_type, settle_modal_problem
    use kschur_sparse, only: complete_pattern, csr_matrix_type, identity_csr_matrix, linear_combination, new_csr_from_triplets
-   use kschur_tolerances, only: rounding_of_entry, rounding_of_row
+   use kschur_tolerances, only: rounding_of_entry
    implicit none
    private
    public :: presolve_type, presolve
@@ -101,37 +101,18 @@ contains
          call reduce(plan%expansion, problem%dampers, problem%symmetric, reduced%dampers, error)
          if (allocated(error)) return
       end if
-      if (max(abs(problem%alpha), abs(problem%beta)) > 0) then
-         ! R is formed from the reduced M and K: separate sums that cancel would not be the same combination.
-         if (allocated(problem%dampers)) then
-            reduced%damping = sum_of([problem%alpha, problem%beta, 1.0_wp], [reduced%mass, reduced%stiffness, reduced%dampers])
-         else
-            reduced%damping = linear_combination(problem%alpha, reduced%mass, problem%beta, reduced%stiffness)
-         end if
-      else
+      if (allocated(problem%dampers) .or. .not. max(abs(problem%alpha), abs(problem%beta)) > 0) then
+         ! R itself: far larger terms may cancel in alpha M + beta K + D.
          call reduce(plan%expansion, problem%damping, problem%symmetric, reduced%damping, error)
+      else
+         ! Of the reduced M and K: separate sums that cancel would not be the same combination.
+         reduced%damping = linear_combination(problem%alpha, reduced%mass, problem%beta, reduced%stiffness)
       end if
       if (allocated(problem%loss) .and. .not. allocated(error)) call reduce_loss(plan, problem, reduced, error)
       reduced%constraints = constraints
       if (.not. allocated(error)) call settle_modal_problem(reduced, error, kind_of=problem)
       call add_context(error, "without the clamped and tied unknowns")
    end subroutine presolve
-
-   ! The sum of coefficient(k) matrix(k), in which terms that cancel to rounding give zeros.
-   pure function sum_of(coefficients, matrices) result(total)
-      real(wp), intent(in) :: coefficients(:)
-      type(csr_matrix_type), intent(in) :: matrices(:)
-      type(csr_matrix_type) :: total, terms(size(matrices))
-      integer :: k
-
-      total = linear_combination(coefficients, matrices)
-      terms = matrices
-      do k = 1, size(terms)
-         terms(k)%value = abs(terms(k)%value)
-      end do
-      terms(1) = linear_combination(abs(coefficients), terms)
-      where (abs(total%value) <= rounding_of_row*terms(1)%value) total%value = 0
-   end function sum_of
 
    ! Computes T^T H T; g times the reduced K if H = g K.
    subroutine reduce_loss(plan, problem, reduced, error)
