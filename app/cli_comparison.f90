@@ -55,6 +55,8 @@ contains
          own%method = methods(i)
          own%formulation = formulations(i)
          own%arpack = merge(arpack_plain, arpack_fair, i == method_count - 1)
+         ! The costs of forms are compared, without a count of refined modes.
+         own%uncounted = options%uncounted .or. (formulations(i) /= formulation_auto .and. .not. options%certify)
          call progress%name_solve(trim(labels(i)))
          associate (entry => comparison%entries(i))
             call gather_processes(own)

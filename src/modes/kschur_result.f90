@@ -79,7 +79,7 @@ module kschur_result
       !> the band, none missing.
       integer :: certified = certified_unknown
       !> How many eigenvalues nearer to the target than the furthest mode are missing, both of a conjugate pair
-      !> counted; -1 where not known. Known only with `options%certify`.
+      !> counted; -1 where not known. Known where they were counted.
       integer :: missing = -1
       !> Number of modes that were asked for; of a band how many it holds, as far as that is known.
       integer :: modes_asked = 0

@@ -7,9 +7,10 @@ module kschur_solver
    use kschur_checkpointing, only: begin_checkpoint
    use kschur_context, only: begin, solve_context_type, whole_given
    use kschur_dense_choice, only: dense_may_end_stall, dense_may_tell
-   use kschur_effort, only: phase_examine, phase_judge, phase_left, phase_place
+   use kschur_effort, only: for_refinement, phase_examine, phase_judge, phase_left, phase_place
    use kschur_error, only: error_type, error_singular, take_cancelled
    use kschur_examination, only: examination_type, assume_no_rigid_motions
+   use kschur_finishing, only: is_small
    use kschur_worker_loop, only: worker_loop
    use kschur_kinds, only: wp, long
    use kschur_left_run, only: bound_modes, find_left_modes, lacks_bounds
@@ -18,7 +19,7 @@ module kschur_solver
    use kschur_modes, only: modes_type, no_modes
    use kschur_monitor, only: monitor_type
    use kschur_options, only: modal_options_type, formulation_auto, formulation_dense, formulation_low_rank, &
-      formulation_names
+      formulation_names, method_arpack
    use kschur_outcome, only: certified_no, certified_yes, reason_cancelled, reason_converged, reason_fewer_modes, &
       reason_max_restarts
    use kschur_preparation, only: examine, reduce
@@ -180,13 +181,15 @@ contains
          if (.not. allocated(error)) call take_rigid(s, modes)
       else
          call search(s, modes, error, groups)
-         if (.not. allocated(error) .and. options%certify) call certify_modes(s, modes)
+         if (allocated(error)) return
+         if (options%certify .or. should_count(s, modes)) call certify_modes(s, modes)
          call s%end_step(phase_judge)
       end if
-      if (.not. allocated(error) .and. options%left) then
+      if (allocated(error)) return
+      if (options%left) then
          call find_left_modes(s, modes, error)
          call s%end_step(phase_left)
-      else if (.not. allocated(error) .and. lacks_bounds(s, modes)) then
+      else if (lacks_bounds(s, modes)) then
          call bound_modes(s, modes)
          call s%end_step(phase_left)
       end if
@@ -194,6 +197,15 @@ contains
       if (s%is_stopped()) modes%reason = reason_cancelled
       if (.not. allocated(error)) call report(s, options, modes, result, error)
    end subroutine solve_prepared
+
+   ! Whether modes are counted without being asked: those of small problems of which some were refined, as copies may be lost then.
+   logical function should_count(s, modes)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(in) :: modes
+
+      should_count = is_small(s) .and. s%effort%factorizations_for(for_refinement) > 0 .and. &
+         .not. (modes%certified == certified_yes .or. s%options%uncounted .or. s%options%method == method_arpack)
+   end function should_count
 
    ! Chooses the shift and computes the modes. Falls back to iteration if an automatically chosen dense solve is not certified, and
    ! to the quadratic form if an automatically chosen low-rank one does not converge.
