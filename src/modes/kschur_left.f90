@@ -75,8 +75,8 @@ contains
       if (present(complete)) complete = all_found
    end subroutine find_left_pairs
 
-   !> Sets the left vectors, multipliers and condition numbers of modes, NaN for a mode without a left vector, and error bounds from
-   !> the condition numbers where there are none yet.
+   !> Sets the left vectors, multipliers and condition numbers of modes, NaN for a mode without a left vector, and error bounds
+   !> where there are none yet, or none below the eigenvalue.
    subroutine set_left_modes(problem, left, modes)
       type(modal_problem_type), intent(in) :: problem
       !> Eigenpairs of the transposed problem, one for each mode; normalized on return.
@@ -206,8 +206,8 @@ contains
    end subroutine biorthogonalize
 
    ! Sets the normwise relative condition numbers (Tisseur, Linear Algebra Appl. 309 (2000)), and error bounds where there are none
-   ! yet. A condition number is infinite for a zero eigenvalue, where it exceeds 1/epsilon, and for a numerically defective one,
-   ! which rounding could merge with a neighbour of the same shape.
+   ! yet, or none below the eigenvalue. A condition number is infinite for a zero eigenvalue, where it exceeds 1/epsilon, and for a
+   ! numerically defective one, which rounding could merge with a neighbour of the same shape.
    subroutine set_conditions(problem, left, modes)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: left
@@ -226,13 +226,13 @@ contains
                if (is_nearly_defective(modes%lambda, modes%phi, j, rounding_of_sums*condition*abs(lambda))) &
                   condition = ieee_value(1.0_wp, ieee_positive_inf)
             end if
-            if (.not. modes%error_bound(j) >= 0) call set_bound(problem, transposed, left, modes, j)
+            if (.not. modes%error_bound(j) < abs(lambda)) call set_bound(problem, transposed, left, modes, j)
          end associate
       end do
    end subroutine set_conditions
 
-   ! Sets the smaller of two error bounds (1/s), backward error times condition number and that by entries, NaN where neither holds;
-   ! and as uncertainty the change that the residual asks for.
+   ! Sets the smallest of three error bounds (1/s), that of the mode, backward error times condition number and that by entries, NaN
+   ! where none holds; and as uncertainty the change that the residual asks for.
    subroutine set_bound(problem, transposed, left, modes, j)
       type(modal_problem_type), intent(in) :: problem
       !> Cq^T.
@@ -240,8 +240,9 @@ contains
       type(eigenpairs_type), intent(in) :: left
       class(modes_type), intent(inout) :: modes
       integer, intent(in) :: j
-      real(wp) :: normwise, change
+      real(wp) :: given, normwise, change
 
+      given = modes%error_bound(j)
       associate (bound => modes%error_bound(j), lambda => left%lambda(j))
          call entrywise_bound(problem, transposed, lambda, left%phi(:, j), left%xi(:, j), modes%phi(:, j), modes%xi(:, j), &
             bound, change)
@@ -256,6 +257,7 @@ contains
          end if
          ! A double eigenvalue that rounding has split lies in the middle, twice as far as the slope at one half says.
          if (modes%condition(j) > split_by_rounding) bound = 2*bound
+         if (given >= 0 .and. .not. bound <= given) bound = given
       end associate
    end subroutine set_bound
 

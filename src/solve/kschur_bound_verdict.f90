@@ -1,6 +1,7 @@
 !> What error bounds say of a list of modes (docs/theory.md, section 11).
 module kschur_bound_verdict
    use kschur_context, only: solve_context_type
+   use kschur_finishing, only: is_small
    use kschur_hidden, only: are_known
    use kschur_kinds, only: wp
    use kschur_mode_selection, only: distances
@@ -14,22 +15,22 @@ module kschur_bound_verdict
 
 contains
 
-   !> Makes the result of an unsymmetric problem inaccurate, with a note, if the residual lets an eigenvalue be off by as much as
-   !> its size: no digit is known then. (Of symmetric problems `tell_hidden` says so.) Where only rounding of the entries of the
-   !> matrices does, the matrices as they are have this eigenvalue: that is noted. Neither list is certified, nor one of a dense
-   !> solve in which the disc of an eigenvalue reaches as far from the target as one that is not listed: which is nearer is not
-   !> known.
+   !> Leaves out modes whose residual lets the eigenvalue be off by as much as its size, as no digit is known then, and makes the
+   !> result inaccurate. (Large symmetric problems have bounds by norms alone: `tell_hidden` judges them.) Where only rounding of
+   !> the entries of the matrices does, the matrices as they are have this eigenvalue: that is noted. Neither list is certified, nor
+   !> one of a dense solve in which the disc of an eigenvalue reaches as far from the target as one that is not listed: which is
+   !> nearer is not known.
    subroutine judge_bounds(s, modes)
       type(solve_context_type), intent(inout) :: s
       !> Of the problem as given.
       type(modes_type), intent(inout) :: modes
       logical, dimension(size(modes%lambda)) :: blurred, unknown
 
-      if (s%problem%symmetric .or. size(modes%lambda) == 0) return
+      if (size(modes%lambda) == 0 .or. (s%problem%symmetric .and. .not. (s%dense .or. is_small(s)))) return
       blurred = abs(modes%lambda) > 0 .and. modes%error_bound >= abs(modes%lambda) .and. .not. are_known(s, modes%lambda)
-      unknown = blurred .and. modes%uncertainty >= abs(modes%lambda)
+      unknown = (blurred .or. .not. modes%error_bound >= 0) .and. modes%uncertainty >= abs(modes%lambda)
       if (any(unknown)) then
-         call s%add_note("modes of which no digit is known, as their errors may be larger than they are: "//text(count(unknown)))
+         call modes%leave_out(unknown)
          if (any(modes%reason == [reason_converged, reason_fewer_modes])) modes%reason = reason_inaccurate
       else if (any(blurred)) then
          call s%add_note("modes that rounding of the entries of the matrices may change by more than they are: "// &

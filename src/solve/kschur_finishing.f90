@@ -16,8 +16,8 @@ module kschur_finishing
    use kschur_shapes, only: independent_part, independent_parts
    use kschur_split, only: cluster_type, split
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_tolerances, only: cancelled, dependent_state, equal_value, known_well, no_correct_digits, same_shape, same_value, &
-      uneven
+   use kschur_tolerances, only: cancelled, dependent_state, equal_value, known_well, no_correct_digits, rounding_of_row, &
+      same_shape, same_value, uneven
    implicit none
    private
    public :: are_good, finish_modes, is_small, refine_modes
@@ -103,7 +103,8 @@ contains
 
    !> Refines the modes of a small problem: of unsymmetric problems all, as no Rayleigh functional makes eigenvalues more accurate
    !> than shapes, and a small residual bounds their errors badly; of symmetric problems those with large error bounds. A mode that
-   !> is not found again, alone or with others within a hundredth, is dropped as inaccurate.
+   !> is not found again, alone or with others within a hundredth, is dropped as inaccurate; but in a dense set it stays
+   !> uncertain, as its error bound by left vectors will judge it.
    subroutine refine_modes(s, modes, error)
       type(solve_context_type), intent(inout) :: s
       !> Of the iterated problem.
@@ -136,7 +137,12 @@ contains
          call polish_clusters(s, modes, clusters, judgement, .true., error)
          if (allocated(error)) return
       end do
-      if (allocated(judgement%not_found)) call modes%leave_out(judgement%not_found)
+      if (.not. allocated(judgement%not_found)) return
+      if (s%dense .and. .not. s%problem%symmetric) then
+         where (judgement%not_found) modes%uncertainty = huge(1.0_wp)
+      else
+         call modes%leave_out(judgement%not_found)
+      end if
 
    contains
 
@@ -243,11 +249,12 @@ contains
          associate (lost => judgement%not_found(cluster%members), doubtful => judgement%doubtful(cluster%members), &
             worst_before => maxval(judgement%errors(cluster%members)))
             if (refines) then
-               ! They are no more than the members, and no fewer than those of them that were not lost before.
+               ! They are no more than the members, and no fewer than those of them that were not lost before; and the residual
+               ! did not grow, as where zeros make the factors singular to rounding.
                certain = pack(members%lambda, .not. lost)
                accepted = polished%complete .and. polished%residual <= known_well .and. polished%eigenvalues <= number_before &
                   .and. polished%eigenvalues >= cluster%count_eigenvalues(certain) &
-                  .and. size(polished%pairs%lambda) >= size(certain)
+                  .and. size(polished%pairs%lambda) >= size(certain) .and. polished%worst() <= max(rounding_of_row, worst_before)
             else
                ! They are as many as the members that are certain, that is independent and not in doubt (all, if a certificate
                ! counts them), and all Ritz values in the cluster are accurate; or they are as many as the members, and accurate

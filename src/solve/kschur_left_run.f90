@@ -7,10 +7,11 @@ module kschur_left_run
    use kschur_error, only: error_convergence, error_singular, error_type, take_cancelled
    use kschur_examination, only: find_rigid_motions, assume_no_rigid_motions
    use kschur_finishing, only: is_small
+   use kschur_hidden, only: are_known
    use kschur_left, only: find_left_pairs, set_left_modes
    use kschur_kinds, only: wp
    use kschur_modes, only: modes_type, no_modes
-   use kschur_outcome, only: reason_cancelled, reason_converged, reason_fewer_modes, reason_inaccurate
+   use kschur_outcome, only: certified_yes, reason_cancelled, reason_converged, reason_fewer_modes, reason_inaccurate
    use kschur_polish, only: polisher_type
    use kschur_problem, only: modal_problem_type
    use kschur_scaling, only: constraint_factors, first_scale
@@ -70,39 +71,57 @@ contains
    end subroutine find_left_modes
 
    !> Whether modes lack error bounds, and the left vectors for these cost little: next to a dense solve, or to the refinement of a
-   !> small unsymmetric problem.
+   !> small problem.
    logical function lacks_bounds(s, modes)
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(in) :: modes
 
-      lacks_bounds = .not. (s%problem%symmetric .or. modes%reason == reason_cancelled .or. all(modes%error_bound >= 0)) .and. &
-         (s%dense .or. (is_small(s) .and. .not. (s%is_lossy() .or. s%options%is_plain())))
+      lacks_bounds = modes%reason /= reason_cancelled .and. any(are_unbounded(s, modes)) .and. &
+         (s%dense .or. (is_small(s) .and. (s%problem%symmetric .or. .not. (s%is_lossy() .or. s%options%is_plain()))))
    end function lacks_bounds
 
-   !> Sets the error bounds of modes of an unsymmetric problem from left vectors, which are not kept. Where these cannot be found,
-   !> bounds stay unknown, and the reason becomes inaccurate, if the modes were iterated.
+   ! Whether each mode has no error bound, or of a symmetric problem one as large as the eigenvalue, as where a few large entries
+   ! hide the others.
+   function are_unbounded(s, modes)
+      type(solve_context_type), intent(in) :: s
+      type(modes_type), intent(in) :: modes
+      logical :: are_unbounded(size(modes%lambda))
+
+      are_unbounded = .not. modes%error_bound >= 0
+      if (.not. s%problem%symmetric .or. size(modes%lambda) == 0) return
+      are_unbounded = are_unbounded .or. (modes%error_bound >= abs(modes%lambda) .and. abs(modes%lambda) > 0 .and. &
+         .not. are_known(s, modes%lambda))
+   end function are_unbounded
+
+   !> Sets the error bounds of modes that lack them from left vectors, which are not kept. Where these cannot be found, bounds
+   !> stay as they are; modes of an unsymmetric problem that were iterated are left out then, unless they are counted.
    subroutine bound_modes(s, modes)
       type(solve_context_type), target, intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(modes_type) :: with_left
       type(error_type), allocatable :: error
-      logical :: missing(size(modes%lambda))
+      logical, dimension(size(modes%lambda)) :: unbounded, missing
       integer :: attempt
 
+      unbounded = are_unbounded(s, modes)
       ! Factors beside each mode take the place of another iteration, which may yet find what they miss.
-      do attempt = merge(2, 1, s%dense), 2
+      do attempt = merge(2, 1, s%dense .or. s%problem%symmetric), 2
          with_left = modes
          call find_left_modes(s, with_left, error, iterates=attempt == 2)
          if (s%is_stopped()) modes%reason = reason_cancelled
          if (allocated(error) .or. modes%reason == reason_cancelled) return
-         missing = .not. (modes%error_bound >= 0 .or. with_left%condition >= 0)
+         missing = unbounded .and. .not. with_left%condition >= 0
          if (.not. any(missing)) exit
       end do
       modes%error_bound = with_left%error_bound
       modes%uncertainty = with_left%uncertainty
       ! A dense set is complete, whatever its bounds.
-      if (s%dense .or. .not. any(missing)) return
-      call s%add_note("modes whose errors have no bound, as no left vectors of them were found: "//text(count(missing)))
+      if (s%dense .or. s%problem%symmetric .or. .not. any(missing)) return
+      if (modes%certified == certified_yes) then
+         call s%add_note("modes whose errors have no bound, as no left vectors of them were found: "//text(count(missing)))
+         return
+      end if
+      call modes%leave_out(missing)
       if (any(modes%reason == [reason_converged, reason_fewer_modes])) modes%reason = reason_inaccurate
    end subroutine bound_modes
 
