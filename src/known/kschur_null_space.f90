@@ -278,7 +278,8 @@ contains
       n = space%unknowns
       allocate (basis(space%matrix%rows, 0))
       state = state_of_seed(5)
-      block_size = 1
+      ! One more than seem to be null: a block that finds fewer than it has room for is the last.
+      block_size = min(1 + space%solver%replaced_pivots, 2*economic_block)
       do
          n_before = size(basis, 2)
          block_size = min(block_size, n - n_before)
@@ -358,30 +359,36 @@ contains
          integer :: i, j, n_null
 
          doubtful = .false.
-         allocate (x(size(basis, 1), block_size), source=0.0_wp)
-         do i = 1, 2*double_iterations
-            x(n + 1:, :) = 0
-            call orthonormalize(basis, n, x, state)
-            call solve(space%solver, transposed .neqv. mod(i, 2) == 1, x, error)
-            if (allocated(error)) return
-            if (mod(i, 2) == 1) cycle
+         allocate (x(size(basis, 1), block_size), forces(size(basis, 1), block_size), known(size(basis, 1), 0), source=0.0_wp)
+         do i = 1, double_iterations
+            do j = 1, 2
+               x(n + 1:, :) = 0
+               call orthonormalize(basis, n, x, state)
+               call solve(space%solver, transposed .neqv. j == 1, x, error)
+               if (allocated(error)) return
+            end do
             associate (growth => space%delta*lengths(x, n))
-               if (i == 2 .and. size(basis, 2) == 0 .and. .not. transposed) space%growth = maxval(growth)
+               if (i == 1 .and. size(basis, 2) == 0 .and. .not. transposed) space%growth = maxval(growth)
                ! Null vectors grow by 1/delta: as the block is orthogonal to those found, one that grows less has none in it.
                x = x(:, pack([(j, j=1, size(x, 2))], .not. growth < least_enlarged))
             end associate
             if (size(x, 2) == 0) return
+            if (space%perturbed .and. i < double_iterations) cycle
+            call orthonormalize(basis, n, x, state)
+            forces = space%matrix%product(x, transposed)
+            ! Where E is delta at null pivots alone: what is left is its force, which further iterations leave.
+            if (all(norm2(forces, 1) <= space%delta)) exit
          end do
-         call orthonormalize(basis, n, x, state)
          ! Removes the effect of E. Orthonormalizes after each step, as the first amplifies rounding along one null vector.
          do i = 1, refinements
+            if (.not. space%perturbed .and. all(norm2(forces, 1) <= rounding_of_row)) exit
             known = basis(:, :0)
             if (i > 1) known = reshape([basis, x], [size(x, 1), size(basis, 2) + size(x, 2)])
             call correct(space, transposed, 0*x, x, error, known)
             if (allocated(error)) return
             call orthonormalize(basis, n, x)
+            forces = space%matrix%product(x, transposed)
          end do
-         allocate (forces, source=space%matrix%product(x, transposed))
          ! Drops columns with a large force, whose rounding would hide the forces of others.
          allocate (nearly_null, source=pack([(j, j=1, size(x, 2))], norm2(forces, 1) < sqrt(real(n, wp))))
          if (size(nearly_null) == 0) return

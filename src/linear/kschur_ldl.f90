@@ -129,6 +129,7 @@ contains
          self%factor_bytes = int(merge(single_bytes, real_bytes, self%rounded), long)*(self%factors%offset(size( &
             self%factors%offset)) - 1)
          self%null_pivots = 0
+         self%replaced_pivots = count(abs(pivot) <= structure%least_pivot())
          self%negative_pivots = count(pivot < 0)
       end associate
       self%description = "ldl: "//trim(merge("quasi-definite    ", "symmetric definite", self%quasi_definite))//", "// &

@@ -59,6 +59,8 @@ module kschur_linear_solver
       integer(long) :: factor_bytes = -1
       !> Number of zero pivots, which the factorisation skipped.
       integer :: null_pivots = 0
+      !> Number of pivots of a singular matrix that small ones replaced.
+      integer :: replaced_pivots = 0
       !> Number of negative eigenvalues of a real symmetric matrix; -1 if unknown.
       integer :: negative_pivots = -1
       !> Determinant of the last factored matrix; if a solver does not set it, nothing is proved by determinants.
