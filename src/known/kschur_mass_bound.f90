@@ -39,7 +39,8 @@ contains
       logical, intent(out) :: poor
       ! The first is about the cost of a factorization; the second is when to estimate whether that many steps will do.
       integer, parameter :: most_steps = 200, few_steps = 60
-      real(wp), allocatable :: scaling(:), previous(:), x(:), y(:)
+      type(csr_matrix_type) :: scaled
+      real(wp), allocatable :: scaling(:), previous(:, :), x(:, :), y(:, :)
       real(wp) :: alpha(most_steps), beta(0:most_steps), spread_bound, needed, provable
       integer(long) :: state
       integer :: k
@@ -50,7 +51,7 @@ contains
       seems_definite = all(scaling > 0 .or. (abs(scaling) <= 0 .and. .not. mass%row_maxima() > 0))
       if (.not. seems_definite .or. .not. any(scaling > 0)) return
       where (scaling > 0) scaling = 1/sqrt(scaling)
-      allocate (previous(mass%rows), x(mass%rows), source=0.0_wp)
+      allocate (previous(mass%rows, 1), x(mass%rows, 1), y(mass%rows, 1), source=0.0_wp)
       ! Gershgorin's bound of the largest eigenvalue, and with the unit diagonal of the smallest one.
       spread_bound = maxval(scaling*sum(terms_of(mass, spread(scaling, 2, 1)), 2))
       proved = 2 - spread_bound > least
@@ -59,13 +60,15 @@ contains
       needed = log(1.648_wp*sqrt(real(count(scaling > 0), wp))/improbable)
       provable = least + spread_bound*(needed/(2*most_steps - 1))**2
       state = 1
-      call random_vector(state, x)
-      where (.not. scaling > 0) x = 0
+      call random_vector(state, x(:, 1))
+      where (.not. scaling > 0) x(:, 1) = 0
       x = x/norm2(x)
+      scaled = mass
+      call scaled%scale_entries(scaling, scaling)
       beta(0) = 0
       do k = 1, min(most_steps, mass%rows)
-         y = scaling*sum(mass%product(spread(scaling*x, 2, 1)), 2) - beta(k - 1)*previous
-         alpha(k) = dot_product(x, y)
+         y = scaled%product(x) - beta(k - 1)*previous
+         alpha(k) = dot_product(x(:, 1), y(:, 1))
          proved = ritz_values_exceed(least + spread_bound*min(1.0_wp, (needed/(2*k - 1))**2), k)
          seems_definite = ritz_values_exceed(least_of_mass, k)
          poor = .not. (seems_definite .and. ritz_values_exceed(provable, k))
@@ -75,7 +78,7 @@ contains
          y = y - alpha(k)*x
          beta(k) = norm2(y)
          if (beta(k) <= cancelled) return
-         previous = x
+         call move_alloc(x, previous)
          x = y/beta(k)
       end do
 
