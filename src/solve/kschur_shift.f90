@@ -428,7 +428,8 @@ contains
    end function scale_of
 
    ! Sets the scale to the geometric mean of the smallest and largest |lambda| between two bounds, from where both lose equally many
-   ! digits; at most ten times the smallest, and at least a hundredth of the largest. Leaves it if there are too few.
+   ! digits; at most ten times the smallest, and at least a hundredth of the largest; less where both lie close together. Leaves it
+   ! if there are too few.
    subroutine set_scale(magnitudes, least, most, enough, scale, spread)
       real(wp), intent(in) :: magnitudes(:), least, most
       integer, intent(in) :: enough
@@ -437,6 +438,8 @@ contains
       real(wp), optional, intent(inout) :: spread
       ! Limits of the scale: eigenvalues far below a shift look alike, and are lower than they look; those far above are lost.
       real(wp), parameter :: above_the_smallest = 10, below_the_largest = 1.0e-2_wp
+      ! Below both, as near to zero as the largest keeps all digits: measured.
+      real(wp), parameter :: next_to_zero = 0.5_wp, keeps_the_largest = 0.2_wp
       real(wp) :: smallest, largest
       logical :: seen(size(magnitudes))
 
@@ -445,6 +448,8 @@ contains
       smallest = minval(magnitudes, seen)
       largest = maxval(magnitudes, seen)
       scale = max(min(sqrt(smallest*largest), above_the_smallest*smallest), below_the_largest*largest)
+      ! Where zero would serve as well: nearer to it, from where distances differ more.
+      if (largest <= seen_without_functional*smallest) scale = max(next_to_zero*smallest, keeps_the_largest*largest)
       if (present(spread)) spread = largest/smallest
    end subroutine set_scale
 end module kschur_shift
