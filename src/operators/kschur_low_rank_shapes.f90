@@ -52,7 +52,8 @@ contains
       do first = 1, size(lambda), block
          last = min(first + block - 1, size(lambda))
          c = last - first + 1
-         allocate (parts(n, 2*c), momenta(n, 2*c), xi(size(operator%factors), 2*c))
+         allocate (parts(n, 2*c), momenta(n, 2*c))
+         allocate (xi(size(operator%factors), 2*c), source=0.0_wp)
          parts(:, :c) = real(pairs%phi(:, first:last), wp)
          parts(:, c + 1:) = aimag(pairs%phi(:, first:last))
          momenta = 0

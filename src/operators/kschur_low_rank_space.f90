@@ -107,7 +107,7 @@ contains
       n = operator%order()
       r = forces%rank()
       allocate (x(n, r), source=forces%columns_of_b(n))
-      allocate (xi(size(operator%factors), r))
+      allocate (xi(size(operator%factors), r), source=0.0_wp)
       if (r > 0) call operator%respond(x, xi, error)
       if (allocated(error)) return
       allocate (space%unit_responses%shapes, source=x)

@@ -38,7 +38,7 @@ module kschur_symmetric_operator
       procedure :: clean
       procedure :: by_rows
       procedure :: apply_with_multipliers
-      !> Solves for motions and multipliers caused by forces, with deflation: C without M.
+      !> Solves for motions with given violations, and multipliers, caused by forces, with deflation.
       procedure :: respond
    end type symmetric_shift_invert_type
 
@@ -87,7 +87,7 @@ contains
       real(wp), contiguous, intent(inout) :: x(:, :)
       real(wp), intent(out) :: noise
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: violations(size(self%factors), size(x, 2))
+      real(wp) :: violations(size(self%factors), size(x, 2)), y(size(x, 1), size(x, 2))
 
       noise = 0
       if (.not. self%weight_of_violations > 0) return
@@ -96,7 +96,9 @@ contains
       if (allocated(error)) return
       if (.not. self%sums%length(norm2(violations))*self%weight_of_violations > root_epsilon) return
       noise = root_epsilon
-      call project_out(self, violations, x, error)
+      y = 0
+      call self%respond(y, violations, error)
+      if (.not. allocated(error)) x = x - y
    end subroutine restrict
 
    ! Projects onto the null space of one constraint after the other (Kaczmarz 1937), in the inner product of the diagonal of M,
@@ -131,24 +133,6 @@ contains
       end associate
    end subroutine clean
 
-   ! x := x - y, y a motion with the violations Cq y, from a solve with the saddle-point matrix.
-   subroutine project_out(self, violations, x, error)
-      class(symmetric_shift_invert_type), intent(inout) :: self
-      real(wp), intent(in) :: violations(:, :)
-      real(wp), contiguous, intent(inout) :: x(:, :)
-      type(error_type), allocatable, intent(out) :: error
-      real(wp) :: rhs(size(x, 1) + size(violations, 1), size(x, 2))
-      integer :: n, j
-
-      n = size(x, 1)
-      rhs(:n, :) = 0
-      do j = 1, size(x, 2)
-         rhs(n + 1:, j) = self%factors*violations(:, j)
-      end do
-      call self%solver%solve(rhs, error)
-      if (.not. allocated(error)) x = x - rhs(:n, :)
-   end subroutine project_out
-
    subroutine apply_with_multipliers(self, x, y, xi, error)
       class(symmetric_shift_invert_type), intent(inout) :: self
       real(wp), contiguous, intent(in) :: x(:, :)
@@ -156,16 +140,18 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       y = 0
+      xi = 0
       call self%mass%add_product(1.0_wp, x, y, error)
       if (.not. allocated(error)) call self%respond(y, xi, error)
    end subroutine apply_with_multipliers
 
-   ! y := (K - s M)^{-1} y on the null space of the constraints, with deflation.
+   ! Solves [K - s M, Cq^T; Cq, 0] [y; xi] = [y; xi], with deflation.
    subroutine respond(self, y, xi, error)
       class(symmetric_shift_invert_type), intent(inout) :: self
       !> Forces, and the motions that they make.
       real(wp), contiguous, intent(inout) :: y(:, :)
-      real(wp), contiguous, intent(out) :: xi(:, :)
+      !> Violations of these motions, and their multipliers.
+      real(wp), contiguous, intent(inout) :: xi(:, :)
       type(error_type), allocatable, intent(out) :: error
 
       ! Removes rounding errors along deflated motions before and after the solve: they would be amplified, and C no longer
@@ -179,18 +165,20 @@ contains
       if (.not. allocated(error)) call self%deflation%project(y)
    end subroutine respond
 
-   ! Solves the saddle-point system with zero violations; xi in terms of the constraints as given.
+   ! Solves the saddle-point system; xi in terms of the constraints as given.
    subroutine solve_constrained(self, y, xi, error)
       class(symmetric_shift_invert_type), intent(inout) :: self
       real(wp), contiguous, intent(inout) :: y(:, :)
-      real(wp), contiguous, intent(out) :: xi(:, :)
+      real(wp), contiguous, intent(inout) :: xi(:, :)
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: rhs(size(y, 1) + size(self%factors), size(y, 2))
       integer :: n, j
 
       n = size(y, 1)
       rhs(:n, :) = y
-      rhs(n + 1:, :) = 0
+      do j = 1, size(y, 2)
+         rhs(n + 1:, j) = self%factors*xi(:, j)
+      end do
       call self%solver%solve(rhs, error)
       if (allocated(error)) return
       y = rhs(:n, :)

@@ -47,6 +47,8 @@ module kschur_symmetric_transform
       ! Multipliers of the Ritz vectors of the last iteration, if `recover` does not apply the operator.
       real(wp), allocatable, private :: multipliers(:, :)
    contains
+      !> Takes over the count of an interval, by which the modes nearest to a target are certified.
+      procedure :: take_count
       procedure :: iterate
       procedure :: recover
       procedure :: linear_solver
@@ -117,6 +119,18 @@ contains
       call new_inertia_census(transform%census, problem, transform%map, real(transform%shift, wp), &
          transform%operator%solver, counting_solver, size(deflation%decay), placement%matrices)
    end subroutine new_symmetric_transform
+
+   subroutine take_count(self, target, from, to, below, above)
+      class(symmetric_transform_type), intent(inout) :: self
+      complex(wp), intent(in) :: target
+      !> As for the census.
+      real(wp), intent(in) :: from, to
+      integer, intent(in) :: below, above
+
+      if (.not. allocated(self%census)) return
+      self%census%target = target
+      call self%census%take_count(from, to, below, above)
+   end subroutine take_count
 
    ! Fails if the shift is an eigenvalue: if a system with consistent right-hand side has no solution (null pivots alone may come
    ! from redundant constraints), or an eigenvalue of C is so large that rounding errors along its vector would swamp all others.

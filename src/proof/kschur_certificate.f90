@@ -63,6 +63,8 @@ module kschur_certificate
    contains
       procedure :: examine
       procedure :: carry
+      !> Takes over the count of an interval.
+      procedure :: take_count
       procedure, private :: count_about
       procedure, private :: count_found
       procedure, private :: distance_of
@@ -176,15 +178,26 @@ contains
          ! No eigenvalue is below the shift.
          self%from = self%shift
          below = 0
-         self%certificate%reach = infinity
       else
          call self%end_of_interval(-1, values, residuals, reach, tight, self%from, below, seen)
-         self%certificate%reach = self%distance_beyond(-1, self%from)
       end if
-      self%certificate%reach = min(self%certificate%reach, self%distance_beyond(1, self%to))
+      call self%take_count(self%from, self%to, below, above)
+   end subroutine count_about
+
+   !> Takes over the count of an interval of theta: the number of eigenvalues below either end, zeros included, -1 if unknown. The
+   !> target must be set.
+   subroutine take_count(self, from, to, below, above)
+      class(inertia_census_type), intent(inout) :: self
+      real(wp), intent(in) :: from, to
+      integer, intent(in) :: below, above
+
+      self%from = from
+      self%to = to
+      self%certificate%reach = self%distance_beyond(1, to)
+      if (below /= 0) self%certificate%reach = min(self%certificate%reach, self%distance_beyond(-1, from))
       self%expected = above - below
       self%counted = min(above, below, self%expected) >= 0
-   end subroutine count_about
+   end subroutine take_count
 
    ! Number of wanted or converged values in the interval.
    integer function count_found(self, values, residuals, wanted)

@@ -134,8 +134,8 @@ contains
       type(modal_options_type), intent(in) :: options
       type(modal_result_type), intent(inout) :: result
       type(error_type), allocatable, intent(out) :: error
-      !> Groups of processes that solve the parts; absent: this process solves them.
-      type(band_groups_type), intent(inout), optional :: groups
+      !> Groups of processes that solve the parts.
+      type(band_groups_type), intent(inout) :: groups
       type(modal_options_type) :: reported
       type(modes_type) :: modes
       real(wp) :: band(2)

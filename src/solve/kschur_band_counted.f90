@@ -4,7 +4,7 @@ module kschur_band_counted
    use kschur_band_damping, only: left_damping_type
    use kschur_band_cuts, only: count_parts
    use kschur_band_groups, only: band_groups_type
-   use kschur_band_part, only: finished_parts_type, part_modes_type, solve_part
+   use kschur_band_part, only: finished_parts_type, part_modes_type
    use kschur_band_parts, only: part_type
    use kschur_context, only: solve_context_type
    use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, move_pairs, replace_pair
@@ -41,7 +41,7 @@ contains
       !> False if the modes turned out not to be countable: nothing is computed then.
       logical, intent(out) :: counted
       type(error_type), allocatable, intent(out) :: error
-      type(band_groups_type), intent(inout), optional :: groups
+      type(band_groups_type), intent(inout) :: groups
       ! From this number on the monitor is told how many modes there are, as they take long.
       integer, parameter :: many = 1000
       type(part_type), allocatable :: parts(:)
@@ -85,7 +85,7 @@ contains
       !> False if a part has a negative eigenvalue omega^2, so that the count does not apply.
       logical, intent(out) :: counted
       type(error_type), allocatable, intent(out) :: error
-      type(band_groups_type), intent(inout), optional :: groups
+      type(band_groups_type), intent(inout) :: groups
       type(left_damping_type), target :: damping
       integer :: applications, i
       logical :: cancelled
@@ -94,17 +94,15 @@ contains
       call damping%leave_out(s)
       applications = s%effort%operator_applications
       if (associated(s%checkpoint)) call s%checkpoint%begin_parts(finished, error)
-      if (present(groups)) call groups%announce(parts)
+      call groups%announce(parts)
       do i = 1, size(parts)
          if (allocated(error)) exit
          if (associated(s%monitor)) call s%monitor%counts(sum(finished%found(:i - 1)%oscillators), &
             parts(i)%below_to - parts(i)%below_from, sum(parts%below_to - parts%below_from))
          if (i <= finished%parts) then
             call s%effort%add_effort(finished%found(i)%effort)
-         else if (present(groups)) then
-            call groups%obtain(i, s, parts, finished%found(i), error)
          else
-            call solve_part(s, parts(i), finished%found(i), error)
+            call groups%obtain(i, s, parts, finished%found(i), error)
          end if
          call take_cancelled(error, cancelled)
          ! The parts before this one are complete.

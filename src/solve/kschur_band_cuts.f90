@@ -2,7 +2,7 @@
 !> parts of at most a hundred modes, where it has gaps.
 module kschur_band_cuts
    use kschur_band_groups, only: band_groups_type
-   use kschur_band_parts, only: count_at, largest_part, part_type
+   use kschur_band_parts, only: largest_part, part_type
    use kschur_context, only: solve_context_type
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp
@@ -44,8 +44,8 @@ contains
       !> False if the modes cannot be counted, for example because K has negative eigenvalues.
       logical, intent(out) :: counted
       type(error_type), allocatable, intent(out) :: error
-      !> Groups of processes that count; absent: this process counts.
-      type(band_groups_type), intent(inout), optional :: groups
+      !> Groups of processes that count.
+      type(band_groups_type), intent(inout) :: groups
       type(piece_type), allocatable :: pieces(:), smaller(:)
       type(part_type) :: whole
       real(wp), allocatable :: omega(:)
@@ -57,10 +57,10 @@ contains
       if (allocated(error)) return
       whole = part_type(band(1), band(2), zeros, 0)
       if (band(1) > 0) then
-         call count_all(s, [-min(seems_zero*band(2), band(1))**2, band(2)**2, band(1)**2], below, groups)
+         call groups%count(s, [-min(seems_zero*band(2), band(1))**2, band(2)**2, band(1)**2], below)
          whole%below_from = below(3)
       else
-         call count_all(s, [-(seems_zero*band(2))**2, band(2)**2], below, groups)
+         call groups%count(s, [-(seems_zero*band(2))**2, band(2)**2], below)
       end if
       whole%below_to = below(2)
       counted = below(1) == 0 .and. whole%below_from >= zeros .and. whole%below_to >= whole%below_from
@@ -81,7 +81,7 @@ contains
          ! Other groups do not see a cancellation.
          call ask_monitor(s%monitor, error)
          if (allocated(error)) return
-         call count_all(s, omega**2, below, groups)
+         call groups%count(s, omega**2, below)
          allocate (smaller(0))
          last = 0
          do i = 1, size(pieces)
@@ -158,22 +158,4 @@ contains
       if (size(omega) > 0) call next_trial(piece)
       pieces = [pieces, piece]
    end subroutine cut
-
-   ! Counts the eigenvalues omega^2 below each theta, with the groups if there are any.
-   subroutine count_all(s, theta, below, groups)
-      type(solve_context_type), intent(inout) :: s
-      real(wp), intent(in) :: theta(:)
-      integer, allocatable, intent(out) :: below(:)
-      type(band_groups_type), intent(inout), optional :: groups
-      integer :: i
-
-      allocate (below(size(theta)))
-      if (present(groups)) then
-         call groups%count(s, theta, below)
-      else
-         do i = 1, size(theta)
-            call count_at(s, theta(i), below(i))
-         end do
-      end if
-   end subroutine count_all
 end module kschur_band_cuts

@@ -55,9 +55,10 @@ contains
    subroutine count_here(s, theta, below)
       type(solve_context_type), intent(inout) :: s
       real(wp), intent(in) :: theta(:)
-      integer, intent(out) :: below(:)
+      integer, allocatable, intent(out) :: below(:)
       integer :: i
 
+      allocate (below(size(theta)))
       do i = 1, size(theta)
          call count_at(s, theta(i), below(i))
       end do

@@ -13,6 +13,7 @@ module kschur_band_part
    use kschur_result, only: note_length
    use kschur_search, only: find_modes
    use kschur_shift, only: place_shift
+   use kschur_symmetric_transform, only: symmetric_transform_type
    use kschur_tolerances, only: same_value, spurious, twelve_digits
    implicit none
    private
@@ -123,6 +124,15 @@ contains
       end if
       if (allocated(error)) return
       call move_alloc(notes, s%notes)
+      ! The count of the part certifies its modes. None lies below the lowest part.
+      select type (form => s%transform)
+      type is (symmetric_transform_type)
+         if (part%is_lowest()) then
+            call form%take_count(s%options%target, -part%to**2, part%to**2, 0, part%below_to)
+         else
+            call form%take_count(s%options%target, part%from**2, part%to**2, part%below_from, part%below_to)
+         end if
+      end select
       call find_modes(s, found%modes_type, error)
       if (allocated(error)) return
       found%effort%operator_applications = s%effort%operator_applications - effort_before%operator_applications

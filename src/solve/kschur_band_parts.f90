@@ -25,7 +25,7 @@ module kschur_band_parts
 
 contains
 
-   pure logical function is_lowest(self)
+   elemental logical function is_lowest(self)
       class(part_type), intent(in) :: self
       real(wp), parameter :: near_zero = 0.01_wp
 

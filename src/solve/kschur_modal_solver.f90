@@ -2,6 +2,7 @@
 !> the matrices (docs/theory.md, section 15).
 module kschur_modal_solver
    use kschur_band, only: band_options, prepare_band, solve_band_prepared
+   use kschur_band_groups, only: band_groups_type
    use kschur_clock, only: clock, seconds_since
    use kschur_context, only: begin, resume, solve_context_type
    use kschur_dense_choice, only: dense_may_tell
@@ -126,6 +127,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       class(monitor_type), target, intent(inout), optional :: monitor
       type(modal_options_type) :: settings
+      type(band_groups_type) :: alone
       integer :: threads_before
       integer(long) :: started
       logical :: is_outdated
@@ -140,7 +142,7 @@ contains
       ! A band needs the exact number of zeros, which new values may change.
       if (self%changed .and. allocated(self%context)) deallocate (self%context)
       if (.not. allocated(error)) call make_ready(self, settings, .true., is_outdated, error, monitor)
-      if (.not. allocated(error)) call solve_band_prepared(self%context, first, last, settings, result, error)
+      if (.not. allocated(error)) call solve_band_prepared(self%context, first, last, settings, result, error, alone)
       call end_context(self, settings, result, error)
       call result%set_total(seconds_since(started))
       call leave_solve(threads_before)

@@ -14,6 +14,7 @@ module kschur_band_groups
    use kschur_preparation, only: examine, reduce
    use kschur_problem, only: modal_problem_type
    use kschur_processes, only: processes_type, request_parts
+   use kschur_sorting, only: ascending_order
    use mpi_f08, only: MPI_Comm, MPI_Comm_free, MPI_Comm_rank
    implicit none
    private
@@ -31,6 +32,8 @@ module kschur_band_groups
       type(MPI_Comm) :: leaders
       type(part_queue_type) :: queue
       logical :: announced = .false.
+      !> Parts in the order of the queue.
+      integer, allocatable :: order(:)
       !> Results of this group that were not yet asked for.
       type(part_modes_type), allocatable :: mine(:)
       logical, allocatable :: solved(:), gathered(:)
@@ -94,10 +97,11 @@ contains
       class(band_groups_type), intent(inout) :: self
       type(solve_context_type), intent(inout) :: s
       real(wp), intent(in) :: theta(:)
-      integer, intent(out) :: below(:)
+      integer, allocatable, intent(out) :: below(:)
       real(wp), allocatable :: shared(:)
       integer :: i
 
+      allocate (below(size(theta)))
       allocate (shared, source=theta)
       if (self%number > 1) call share_thetas(shared, self%leaders)
       call count_in_turn(s, theta, 0, self%number, below)
@@ -143,7 +147,17 @@ contains
       call share_thetas(no_thetas, self%leaders)
       allocate (shared, source=parts)
       call share_parts(shared, self%leaders)
+      self%order = largest_first(parts)
    end subroutine announce
+
+   ! The order in which parts are taken: the lowest first, as the stiffness is factored, then the more modes the earlier, so that
+   ! groups end at about the same time.
+   function largest_first(parts) result(order)
+      type(part_type), intent(in) :: parts(:)
+      integer, allocatable :: order(:)
+
+      order = ascending_order(merge(-huge(1.0_wp), real(parts%below_from - parts%below_to, wp), parts%is_lowest()))
+   end function largest_first
 
    subroutine obtain(self, i, s, parts, found, error)
       class(band_groups_type), intent(inout) :: self
@@ -162,6 +176,7 @@ contains
       do while (.not. self%solved(i))
          next = self%queue%take()
          if (next > size(parts)) exit
+         next = self%order(next)
          self%gathered(next) = .true.
          call solve_part(s, parts(next), self%mine(next), error)
          if (allocated(error)) return
@@ -188,12 +203,13 @@ contains
       type(error_type), allocatable :: ignored
       ! Larger than any number of parts.
       integer, parameter :: most = 1000000
-      integer :: last, i
+      integer :: last, i, k
 
       if (self%number == 1) return
       if (.not. self%announced) call self%announce([part_type ::])
       last = min(self%queue%take(past=most) - 1, size(self%gathered))
-      do i = 1, last
+      do k = 1, last
+         i = self%order(k)
          if (.not. self%gathered(i)) call receive_part(i, unused, ignored, self%leaders)
       end do
       call self%queue%finish()
@@ -225,6 +241,7 @@ contains
       type(left_damping_type), target :: damping
       type(error_type), allocatable :: error
       logical, allocatable :: here(:)
+      integer, allocatable :: order(:)
       integer :: i
 
       call queue%begin(leaders)
@@ -235,12 +252,14 @@ contains
       if (.not. allocated(error)) call examine(s, error)
       call serve_counts(s, allocated(error), groups, leaders)
       call share_parts(parts, leaders)
+      order = largest_first(parts)
       if (.not. allocated(error) .and. size(parts) > 0) call damping%leave_out(s)
       allocate (found(size(parts)), here(size(parts)))
       here = .false.
       do
          i = queue%take()
          if (i > size(parts)) exit
+         i = order(i)
          here(i) = .true.
          if (.not. allocated(error)) call solve_part(s, parts(i), found(i), error)
          ! The error is sent instead of this part; later parts are not requested.
