@@ -28,7 +28,9 @@ module kschur_symmetric_transform
    use kschur_sparse, only: csr_matrix_type
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    use kschur_symmetric_rows, only: end_sharing, share_operator
-   use kschur_tolerances, only: deflated_growth, known_well, nearly_zero, root_epsilon, rounding_of_sums, singular_shift
+   use kschur_tall_products_real, only: inner_products, subtract_combinations
+   use kschur_tolerances, only: above_all_rounding, deflated_growth, known_well, nearly_zero, root_epsilon, rounding_of_sums, &
+      singular_shift
    use kschur_transposed_solver, only: transposed_real_type
    use kschur_threads, only: panel_rows
    implicit none
@@ -282,11 +284,12 @@ contains
 
    !> Purifies vectors of components of infinite eigenvalues: replaces x by C x / mu if its residual is above rounding, or if it may
    !> be a rigid-body shape, whose strain energy is a rounding error. With constraints their multipliers are found, too, and x is
-   !> replaced if it violates a constraint by more than rounding.
+   !> replaced if it violates a constraint by more than rounding. Those still not accurate enough are corrected.
    subroutine purify(self, values, shapes, statistics, error)
       class(symmetric_transform_type), intent(inout) :: self
       real(wp), intent(in) :: values(:)
-      real(wp), intent(inout) :: shapes(:, :)
+      !> Orthonormal in the inner product of M.
+      real(wp), contiguous, intent(inout) :: shapes(:, :)
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
       ! Columns multiplied at a time.
@@ -349,7 +352,61 @@ contains
          shapes(:, chosen(k)) = y(:, k)/values(chosen(k))
          self%multipliers(:, chosen(k)) = xi(:, k)/values(chosen(k))
       end do
+      deallocate (y, xi)
+      do first = 1, size(chosen), block
+         last = min(first + block - 1, size(chosen))
+         call correct(self, theta, chosen(first:last), level_of_stiffness, level_of_mass, shapes, statistics, error)
+         if (allocated(error)) return
+      end do
    end subroutine purify
+
+   ! Subtracts (K - s M)^{-1} (K - theta M) x from purified vectors that would else need refinement, a factorisation for each:
+   ! rounding errors of the solution C x are relative to x, those of a correction to itself. Then makes them orthogonal to the
+   ! other vectors: C has amplified their rounding errors along those nearer to the shift. Others stay as they are: the rounding
+   ! error of the residual would spoil low modes of ill-conditioned stiffness. What is judged later are these residuals, in norms
+   ! that may be a little smaller, therefore half of what is good enough then.
+   subroutine correct(self, theta, chosen, level_of_stiffness, level_of_mass, shapes, statistics, error)
+      class(symmetric_transform_type), intent(inout) :: self
+      real(wp), intent(in) :: theta(:), level_of_stiffness, level_of_mass
+      integer, intent(in) :: chosen(:)
+      real(wp), contiguous, intent(inout) :: shapes(:, :)
+      type(krylov_statistics_type), intent(inout) :: statistics
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: y(:, :), force(:, :), xi(:, :), along(:, :)
+      real(wp) :: rest(size(chosen))
+      integer, allocatable :: poor(:)
+      integer :: n, j, k
+
+      n = size(shapes, 1)
+      allocate (force(n, size(chosen)))
+      call self%stiffness%residual(self%operator%mass, theta(chosen), shapes(:, chosen), rest, error, force)
+      if (allocated(error)) return
+      associate (constraints => self%operator%problem%constraints)
+         if (constraints%rows > 0) call constraints%add_transposed_product(1.0_wp, self%multipliers(:, chosen), force)
+         allocate (poor, source=pack([(j, j=1, size(chosen))], [(dnrm2(n, force(:, j), 1) > above_all_rounding/2* &
+            (level_of_stiffness + abs(theta(chosen(j)))*level_of_mass)*dnrm2(n, shapes(:, chosen(j)), 1), j=1, size(chosen))]))
+         k = size(poor)
+         if (k == 0) return
+         allocate (y, source=force(:, poor))
+         poor = chosen(poor)
+         allocate (xi(size(self%multipliers, 1), k), source=0.0_wp)
+         if (constraints%rows > 0) call constraints%add_product(1.0_wp, shapes(:, poor), xi)
+      end associate
+      call self%operator%respond(y, xi, error)
+      if (allocated(error)) return
+      statistics%operator_applications = statistics%operator_applications + k
+      y = shapes(:, poor) - y
+      call self%operator%apply_metric(y, force(:, :k), error)
+      if (allocated(error)) return
+      allocate (along(size(theta), k))
+      call inner_products(shapes, force(:, :k), along)
+      do j = 1, k
+         along(poor(j), j) = 0
+      end do
+      call subtract_combinations(shapes, along, y)
+      shapes(:, poor) = y
+      self%multipliers(:, poor) = self%multipliers(:, poor) - xi - matmul(self%multipliers, along)
+   end subroutine correct
 
    subroutine recover(self, ritz, pairs, error)
       class(symmetric_transform_type), intent(inout) :: self
