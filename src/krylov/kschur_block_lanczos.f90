@@ -85,7 +85,7 @@ contains
          call d%team%draw(d%random_state, x(:, j))
       end do
       call add_directions(operator, d, x, coefficients, statistics, error)
-      start = coefficients(:d%vectors, :)
+      allocate (start, source=coefficients(:d%vectors, :))
       do i = 1, filter
          if (allocated(error) .or. d%vectors == before) return
          allocate (y(size(x, 1), d%vectors - before))
