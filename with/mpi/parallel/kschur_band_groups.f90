@@ -203,14 +203,14 @@ contains
       type(error_type), allocatable :: ignored
       ! Larger than any number of parts.
       integer, parameter :: most = 1000000
-      integer :: last, i, k
+      integer :: last, i
 
       if (self%number == 1) return
       if (.not. self%announced) call self%announce([part_type ::])
       last = min(self%queue%take(past=most) - 1, size(self%gathered))
-      do k = 1, last
-         i = self%order(k)
-         if (.not. self%gathered(i)) call receive_part(i, unused, ignored, self%leaders)
+      ! In the order in which groups send them.
+      do i = 1, size(self%gathered)
+         if (any(self%order(:last) == i) .and. .not. self%gathered(i)) call receive_part(i, unused, ignored, self%leaders)
       end do
       call self%queue%finish()
       call MPI_Comm_free(self%leaders)
