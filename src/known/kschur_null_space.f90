@@ -273,22 +273,24 @@ contains
       integer(long) :: state
       integer :: block_size, n, n_before, n_new
       ! Whether some vector grew as a null vector does, but its force is above the tolerance.
-      logical :: doubtful
+      logical :: doubtful, is_first
 
       n = space%unknowns
       allocate (basis(space%matrix%rows, 0))
       state = state_of_seed(5)
       ! One more than seem to be null: a block that finds fewer than it has room for is the last.
       block_size = min(1 + space%solver%replaced_pivots, 2*economic_block)
+      is_first = .true.
       do
          n_before = size(basis, 2)
          block_size = min(block_size, n - n_before)
          call add_null_vectors()
          if (allocated(error)) return
          n_new = size(basis, 2) - n_before
-         ! A block separates null vectors from others better than a single vector: one that is doubtful is repeated with a block.
-         if (size(basis, 2) == n .or. (n_new < block_size .and. .not. (doubtful .and. (block_size == 1 .or. n_new > 0)))) exit
-         if (block_size == 1 .or. n_new == block_size) block_size = economic_block*max(1, size(basis, 2)/economic_block)
+         ! A block separates null vectors from others better than few vectors: if these are doubtful it is repeated with a block.
+         if (size(basis, 2) == n .or. (n_new < block_size .and. .not. (doubtful .and. (is_first .or. n_new > 0)))) exit
+         if (is_first .or. n_new == block_size) block_size = economic_block*max(1, size(basis, 2)/economic_block)
+         is_first = .false.
       end do
       if (space%symmetric .and. size(basis, 2) > 0) call drop_flexible()
 
