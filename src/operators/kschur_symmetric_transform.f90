@@ -401,7 +401,7 @@ contains
       allocate (along(size(theta), k))
       call inner_products(shapes, force(:, :k), along)
       do j = 1, k
-         along(poor(j), j) = 0
+         along(poor(j:), j) = 0
       end do
       call subtract_combinations(shapes, along, y)
       shapes(:, poor) = y
