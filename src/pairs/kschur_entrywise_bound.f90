@@ -54,5 +54,10 @@ contains
       change = abs(sum(chi*forces) + sum(eta*violations))/sensitivity
       bound = (sum(abs(chi)*abs(forces)) + sum(abs(eta)*abs(violations)) + epsilon(1.0_wp)*rounding)/sensitivity + &
          epsilon(1.0_wp)*abs(lambda)
+      if (.not. problem%symmetric) return
+      ! Next to critical damping the two roots of the form meet: the first order does not hold.
+      slope = 0
+      call problem%mass%add_product((1.0_wp, 0.0_wp), shape, slope)
+      if (4*abs(sum(chi*slope(:, 1)))*bound > sensitivity) bound = ieee_value(1.0_wp, ieee_quiet_nan)
    end subroutine entrywise_bound
 end module kschur_entrywise_bound
