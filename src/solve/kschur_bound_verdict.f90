@@ -24,13 +24,15 @@ contains
       type(solve_context_type), intent(inout) :: s
       !> Of the problem as given.
       type(modes_type), intent(inout) :: modes
-      logical, dimension(size(modes%lambda)) :: blurred, unknown
+      logical, dimension(size(modes%lambda)) :: judged, blurred, unknown
 
       if (size(modes%lambda) == 0 .or. (s%problem%symmetric .and. .not. (s%dense .or. is_small(s)))) return
-      blurred = abs(modes%lambda) > 0 .and. modes%error_bound >= abs(modes%lambda) .and. .not. are_known(s, modes%lambda)
-      unknown = (blurred .or. .not. modes%error_bound >= 0) .and. modes%uncertainty >= abs(modes%lambda)
+      judged = abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda)
+      blurred = judged .and. modes%error_bound >= abs(modes%lambda)
+      unknown = judged .and. .not. modes%error_bound < abs(modes%lambda) .and. modes%uncertainty >= abs(modes%lambda)
       if (any(unknown)) then
          call modes%leave_out(unknown)
+         if (modes%missing == 0) modes%missing = -1
          if (any(modes%reason == [reason_converged, reason_fewer_modes])) modes%reason = reason_inaccurate
       else if (any(blurred)) then
          call s%add_note("modes that rounding of the entries of the matrices may change by more than they are: "// &

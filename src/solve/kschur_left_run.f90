@@ -109,15 +109,20 @@ contains
          with_left = modes
          call find_left_modes(s, with_left, error, iterates=attempt == 2)
          if (s%is_stopped()) modes%reason = reason_cancelled
-         if (allocated(error) .or. modes%reason == reason_cancelled) return
+         if (modes%reason == reason_cancelled) return
+         if (allocated(error)) cycle
          missing = unbounded .and. .not. with_left%condition >= 0
          if (.not. any(missing)) exit
       end do
+      if (allocated(error)) then
+         call s%add_note("errors of modes have no bound: "//error%message)
+         return
+      end if
       modes%error_bound = with_left%error_bound
       modes%uncertainty = with_left%uncertainty
       ! A dense set is complete, whatever its bounds.
       if (s%dense .or. s%problem%symmetric .or. .not. any(missing)) return
-      if (modes%certified == certified_yes) then
+      if (modes%certified == certified_yes .or. modes%missing == 0) then
          call s%add_note("modes whose errors have no bound, as no left vectors of them were found: "//text(count(missing)))
          return
       end if

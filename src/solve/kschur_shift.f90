@@ -438,7 +438,7 @@ contains
       real(wp), optional, intent(inout) :: spread
       ! Limits of the scale: eigenvalues far below a shift look alike, and are lower than they look; those far above are lost.
       real(wp), parameter :: above_the_smallest = 10, below_the_largest = 1.0e-2_wp
-      ! Below both, as near to zero as the largest keeps all digits: measured.
+      ! As near to zero as the largest keeps all digits: measured.
       real(wp), parameter :: next_to_zero = 0.5_wp, keeps_the_largest = 0.2_wp
       real(wp) :: smallest, largest
       logical :: seen(size(magnitudes))
