@@ -103,8 +103,8 @@ contains
 
    !> Refines the modes of a small problem: of unsymmetric problems all, as no Rayleigh functional makes eigenvalues more accurate
    !> than shapes, and a small residual bounds their errors badly; of symmetric problems those with large error bounds. A mode that
-   !> is not found again, alone or with others within a hundredth, is dropped as inaccurate; but in a dense set it stays
-   !> uncertain, as its error bound by left vectors will judge it.
+   !> is not found again, alone or with others within a hundredth, is dropped as inaccurate; in a dense set of an unsymmetric
+   !> problem it stays as uncertain, until its error bound by left vectors judges it.
    subroutine refine_modes(s, modes, error)
       type(solve_context_type), intent(inout) :: s
       !> Of the iterated problem.
