@@ -91,8 +91,9 @@ contains
    !> Diagonalizes damping on a space of motions: replaces the basis X by X Y with (X Y)^T M X Y = I, (X Y)^T R X Y = diag(rates),
    !> by LAPACK's dsygv, whose errors are those of the largest rate, and by Rayleigh quotients, whose errors are those of their own
    !> terms. Where some rates have lost half of their digits to others or to their own terms, does so from a basis of separate
-   !> motions, whose null vectors are less accurate. A rate is zero if the forces of its motion are small next to their terms in
-   !> each row, as the units of one row must not hide the forces of others, and their energy is rounding.
+   !> motions, whose null vectors are less accurate. A rate is zero if its energy is rounding, and if in each row, as the units of
+   !> one row must not hide the forces of others, the forces of its motion, or those that a rate below this rounding makes, are
+   !> small next to their terms.
    subroutine diagonalize_damping(problem, x, rates, done)
       type(modal_problem_type), intent(in) :: problem
       !> Motions above their multipliers, (n + m) x k.
@@ -102,7 +103,7 @@ contains
       !> False where M is not definite on the space: X has lost its meaning then.
       logical, intent(out) :: done
       real(wp) :: given(size(x, 1), size(x, 2))
-      real(wp), allocatable :: damping_forces(:, :), terms(:, :), energies(:)
+      real(wp), allocatable :: damping_forces(:, :), terms(:, :), energies(:), hidden(:, :)
 
       given = x
       call diagonalize()
@@ -112,7 +113,9 @@ contains
          call separate_motions(x, problem%damping, problem%mass)
          call diagonalize()
       end if
-      where (all(abs(damping_forces) <= root_epsilon*terms, 1) .and. abs(rates) <= rounding_of_energy*energies) rates = 0
+      hidden = abs(problem%mass%product(x(:problem%unknowns(), :)))*spread(rounding_of_energy*energies, 1, problem%unknowns())
+      where (all(min(abs(damping_forces), hidden) <= root_epsilon*terms, 1) .and. abs(rates) <= rounding_of_energy*energies) &
+         rates = 0
 
    contains
 
