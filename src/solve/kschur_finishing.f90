@@ -249,9 +249,12 @@ contains
          associate (lost => judgement%not_found(cluster%members), doubtful => judgement%doubtful(cluster%members), &
             worst_before => maxval(judgement%errors(cluster%members)))
             if (refines) then
-               ! They are no more than the members, and no fewer than those of them that were not lost before; and the residual
-               ! did not grow, as where zeros make the factors singular to rounding.
-               certain = pack(members%lambda, .not. lost)
+               ! They are no more than the members, and no fewer than those of them that were not lost before, where a pair is
+               ! one if its error bound reaches the real axis; and the residual did not grow, as where zeros make the factors
+               ! singular to rounding.
+               certain = members%lambda
+               where (abs(aimag(certain)) <= modes%uncertainty(cluster%members)) certain = real(certain, wp)
+               certain = pack(certain, .not. lost)
                accepted = polished%complete .and. polished%residual <= known_well .and. polished%eigenvalues <= number_before &
                   .and. polished%eigenvalues >= cluster%count_eigenvalues(certain) &
                   .and. size(polished%pairs%lambda) >= size(certain) .and. polished%worst() <= max(rounding_of_row, worst_before)
