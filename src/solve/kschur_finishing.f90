@@ -104,7 +104,7 @@ contains
    !> Refines the modes of a small problem: of unsymmetric problems all, as no Rayleigh functional makes eigenvalues more accurate
    !> than shapes, and a small residual bounds their errors badly; of symmetric problems those with large error bounds. A mode that
    !> is not found again, alone or with others within a hundredth, is dropped as inaccurate; in a dense set of an unsymmetric
-   !> problem it stays as uncertain, until its error bound by left vectors judges it.
+   !> problem, or if others of its cluster are found again, it stays as uncertain, until its error bound judges it.
    subroutine refine_modes(s, modes, error)
       type(solve_context_type), intent(inout) :: s
       !> Of the iterated problem.
@@ -228,7 +228,7 @@ contains
          complex(wp) :: shift
          complex(wp), allocatable :: certain(:)
          integer :: guard_vectors, number_before, i
-         logical :: accepted
+         logical :: accepted, found_again(size(cluster%members))
 
          members = chosen_pairs(modes, [(any(cluster%members == i), i=1, size(modes%lambda))])
          number_before = cluster%count_eigenvalues(members%lambda)
@@ -280,6 +280,11 @@ contains
                judgement%errors(cluster%members) > inaccurate_above
          else if (polished%eigenvalues >= number_before) then
             judgement%not_found(cluster%members) = .false.
+         else if (refines) then
+            ! Roots of a defective eigenvalue may be one.
+            found_again = [(any(abs(members%lambda(i) - polished%pairs%lambda) <= same_value*abs(members%lambda(i))), &
+               i=1, size(members%lambda))]
+            where (.not. found_again) modes%uncertainty(cluster%members) = huge(1.0_wp)
          end if
       end subroutine polish_cluster
    end subroutine polish_clusters
