@@ -43,18 +43,20 @@ contains
    !> Polishes each cluster in which a mode is inaccurate, in doubt, or linearly dependent on the others. Its members are replaced
    !> by the eigenpairs that an iteration finds there with factors beside the cluster. A doubtful member that is not found again is
    !> dropped as no eigenvalue, unless the number of eigenvalues was certified.
-   subroutine finish_modes(s, modes, error)
+   subroutine finish_modes(s, modes, error, refined)
       type(solve_context_type), intent(inout) :: s
       !> Of the iterated problem, in balanced units: in the units as given, a few large entries may hide errors.
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
+      !> Whether the modes have been refined: no Rayleigh functional makes their eigenvalues more accurate. Absent: they have not.
+      logical, intent(in), optional :: refined
       type(judgement_type) :: judgement
       type(cluster_type), allocatable :: clusters(:)
 
       call s%hold(whole_iterated, error)
       if (allocated(error)) return
       call find_suspects()
-      call polish_clusters(s, modes, clusters, judgement, .false., error)
+      call polish_clusters(s, modes, clusters, judgement, .false., error, refined)
       if (.not. (allocated(error) .or. is_counted(s))) call modes%leave_out(judgement%not_found)
 
    contains
@@ -167,7 +169,7 @@ contains
    end function is_small
 
    ! Polishes clusters, and replaces their members by the pairs found, the last modes of the list then.
-   subroutine polish_clusters(s, modes, clusters, judgement, refines, error)
+   subroutine polish_clusters(s, modes, clusters, judgement, refines, error, refined)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(cluster_type), intent(in) :: clusters(:)
@@ -176,13 +178,18 @@ contains
       !> Whether they are refined.
       logical, intent(in) :: refines
       type(error_type), allocatable, intent(out) :: error
+      !> Whether eigenvalues stay as they are polished. Absent: if they are refined.
+      logical, intent(in), optional :: refined
       type(polisher_type) :: polisher
       type(eigenpairs_type) :: found
       type(modes_type) :: new_modes
       type(cluster_type) :: outer
       logical, allocatable :: replaced(:)
+      logical :: keeps
       integer :: i
 
+      keeps = refines
+      if (present(refined)) keeps = refined
       allocate (replaced(size(modes%lambda)), source=.false.)
       if (.not. allocated(judgement%not_found)) judgement%not_found = replaced
       if (size(clusters) == 0) return
@@ -209,7 +216,7 @@ contains
       ! The polished pairs of a wide cluster may include neighbours that stay in the list.
       call drop_dependent(found, modes)
       if (size(found%lambda) == 0) return
-      call judge_pairs(s%work, mode_request_type(target=s%options%target, reference=s%reference(), refined=refines), found, &
+      call judge_pairs(s%work, mode_request_type(target=s%options%target, reference=s%reference(), refined=keeps), found, &
          new_modes)
       call modes%append(new_modes)
       judgement%not_found = [judgement%not_found, spread(.false., 1, size(new_modes%lambda))]

@@ -10,7 +10,7 @@ module kschur_search
    use kschur_kinds, only: wp
    use kschur_memory, only: require_memory
    use kschur_krylov_options, only: krylov_statistics_type
-   use kschur_finishing, only: are_good, finish_modes, refine_modes
+   use kschur_finishing, only: are_good, finish_modes, is_small, refine_modes
    use kschur_mode_selection, only: accept_pairs, distances, drop_spurious, largest_rate, judge_pairs, &
       keep_nearer_unlisted, nearest_first, mode_request_type
    use kschur_modes, only: eigenvalues_of, modes_type, no_modes
@@ -62,7 +62,7 @@ contains
       if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled .or. are_good(s, modes))) then
          ! Modes that are accurate in balanced units may not be so in the units as given.
          call contract_modes(s, modes, error)
-         if (.not. allocated(error)) call finish_modes(s, modes, error)
+         if (.not. allocated(error)) call finish_modes(s, modes, error, refined .and. is_small(s))
          if (.not. allocated(error)) call expand_modes(s, modes, error)
          if (allocated(error)) return
       end if
