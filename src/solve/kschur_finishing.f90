@@ -253,15 +253,18 @@ contains
             if (any(error%code == [error_singular, error_convergence, error_cancelled])) deallocate (error)
             return
          end if
+         ! Roots of a defective eigenvalue may be one.
+         found_again = [(any(abs(members%lambda(i) - polished%pairs%lambda) <= same_value*abs(members%lambda(i))), &
+            i=1, size(members%lambda))]
          associate (lost => judgement%not_found(cluster%members), doubtful => judgement%doubtful(cluster%members), &
             worst_before => maxval(judgement%errors(cluster%members)))
             if (refines) then
-               ! They are no more than the members, and no fewer than those of them that were not lost before, where a pair is
-               ! one if its error bound reaches the real axis; and the residual did not grow, as where zeros make the factors
-               ! singular to rounding.
+               ! They are no more than the members, and no fewer than those of them that are certain: that were not lost before,
+               ! and are found again or independent of the others, where a pair is one if its error bound reaches the real axis;
+               ! and the residual did not grow, as where zeros make the factors singular to rounding.
                certain = members%lambda
                where (abs(aimag(certain)) <= modes%uncertainty(cluster%members)) certain = real(certain, wp)
-               certain = pack(certain, .not. lost)
+               certain = pack(certain, .not. lost .and. are_independent(cluster%members, found_again))
                accepted = polished%complete .and. polished%residual <= known_well .and. polished%eigenvalues <= number_before &
                   .and. polished%eigenvalues >= cluster%count_eigenvalues(certain) &
                   .and. size(polished%pairs%lambda) >= size(certain) .and. polished%worst() <= max(rounding_of_row, worst_before)
@@ -288,12 +291,20 @@ contains
          else if (polished%eigenvalues >= number_before) then
             judgement%not_found(cluster%members) = .false.
          else if (refines) then
-            ! Roots of a defective eigenvalue may be one.
-            found_again = [(any(abs(members%lambda(i) - polished%pairs%lambda) <= same_value*abs(members%lambda(i))), &
-               i=1, size(members%lambda))]
             where (.not. found_again) modes%uncertainty(cluster%members) = huge(1.0_wp)
          end if
       end subroutine polish_cluster
+
+      ! Whether the state of each of some modes is among the first ones or independent of these and of those before it.
+      function are_independent(positions, are_first)
+         integer, intent(in) :: positions(:)
+         logical, intent(in) :: are_first(:)
+         logical :: are_independent(size(positions))
+         real(wp), allocatable :: parts(:)
+
+         allocate (parts, source=independent_parts(modes, [pack(positions, are_first), pack(positions, .not. are_first)]))
+         are_independent = unpack(parts(count(are_first) + 1:) > dependent_state, .not. are_first, .true.)
+      end function are_independent
    end subroutine polish_clusters
 
    ! Whether all eigenvalues were computed densely, and a certificate confirms their number.
