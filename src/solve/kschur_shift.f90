@@ -91,6 +91,10 @@ contains
             min(abs(s%options%target), largest_rate(s%work))*shift_direction(s), error)
       else
          call factor_first(s, s%formulation, s%options%target + off_axis*abs(s%options%target), error)
+         if (.not. allocated(error)) return
+         ! Copies that are known badly make all shifts next to them singular to rounding.
+         if (error%code == error_singular) &
+            call factor_first(s, s%formulation, moving_factors*abs(s%options%target)*shift_direction(s), error)
       end if
    end subroutine place_shift
 
