@@ -142,6 +142,11 @@ contains
             call find_chains(deflation%infinite, massless, problem%stiffness)
             deflation%infinite_is_known = .not. allocated(error)
             call effort%add_solves(massless%solver)
+            if (.not. allocated(error)) return
+            if (error%code /= error_singular .or. examination%chains_skipped > 0) return
+            ! The chains of zero have ended: the problem is regular, and those of infinity have no end by rounding.
+            deallocate (error)
+            deflation%infinite = root_space_type()
          end associate
       end subroutine find_root_spaces
 
