@@ -254,7 +254,7 @@ contains
             return
          end if
          ! Roots of a defective eigenvalue may be one.
-         found_again = [(any(abs(members%lambda(i) - polished%pairs%lambda) <= same_value*abs(members%lambda(i))), &
+         found_again = [(any(abs(members%lambda(i) - polished%pairs%lambda) <= equal_value*abs(members%lambda(i))), &
             i=1, size(members%lambda))]
          associate (lost => judgement%not_found(cluster%members), doubtful => judgement%doubtful(cluster%members), &
             worst_before => maxval(judgement%errors(cluster%members)))
