@@ -288,10 +288,9 @@ contains
          else if (polished%eigenvalues == 0) then
             judgement%not_found(cluster%members) = judgement%doubtful(cluster%members) .or. &
                judgement%errors(cluster%members) > inaccurate_above
-         else if (polished%eigenvalues >= number_before) then
-            judgement%not_found(cluster%members) = .false.
-         else if (refines) then
-            where (.not. found_again) modes%uncertainty(cluster%members) = huge(1.0_wp)
+         else
+            if (polished%eigenvalues >= number_before) judgement%not_found(cluster%members) = .false.
+            if (refines) where (.not. found_again) modes%uncertainty(cluster%members) = huge(1.0_wp)
          end if
       end subroutine polish_cluster
 
