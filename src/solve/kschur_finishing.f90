@@ -235,7 +235,7 @@ contains
          complex(wp) :: shift
          complex(wp), allocatable :: certain(:)
          integer :: guard_vectors, number_before, i
-         logical :: accepted, found_again(size(cluster%members))
+         logical :: accepted, invariant, found_again(size(cluster%members))
 
          members = chosen_pairs(modes, [(any(cluster%members == i), i=1, size(modes%lambda))])
          number_before = cluster%count_eigenvalues(members%lambda)
@@ -260,14 +260,21 @@ contains
             worst_before => maxval(judgement%errors(cluster%members)))
             if (refines) then
                ! They are no more than the members, and no fewer than those of them that are certain: that were not lost before,
-               ! and are found again or independent of the others, where a pair is one if its error bound reaches the real axis;
-               ! and the residual did not grow, as where zeros make the factors singular to rounding.
+               ! and are found again or independent of the others, where a pair is one if its error bound reaches the real axis.
+               ! If they are the members, residuals did not grow, as where zeros make the factors singular to rounding; if members
+               ! had moved, they are more accurate, or accurate enough and invariant.
                certain = members%lambda
                where (abs(aimag(certain)) <= modes%uncertainty(cluster%members)) certain = real(certain, wp)
                certain = pack(certain, .not. lost .and. are_independent(cluster%members, found_again))
-               accepted = polished%complete .and. polished%residual <= known_well .and. polished%eigenvalues <= number_before &
-                  .and. polished%eigenvalues >= cluster%count_eigenvalues(certain) &
-                  .and. size(polished%pairs%lambda) >= size(certain) .and. polished%worst() <= max(rounding_of_row, worst_before)
+               accepted = polished%complete .and. polished%eigenvalues <= number_before .and. &
+                  polished%eigenvalues >= cluster%count_eigenvalues(certain) .and. size(polished%pairs%lambda) >= size(certain)
+               invariant = polished%residual <= known_well
+               if (all(found_again) .and. polished%eigenvalues == number_before) then
+                  accepted = accepted .and. invariant .and. polished%worst() <= max(rounding_of_row, worst_before)
+               else
+                  accepted = accepted .and. (polished%worst() < worst_before .or. &
+                     (invariant .and. polished%worst() <= polisher%tolerance))
+               end if
             else
                ! They are as many as the members that are certain, that is independent and not in doubt (all, if a certificate
                ! counts them), and all Ritz values in the cluster are accurate; or they are as many as the members, and accurate
