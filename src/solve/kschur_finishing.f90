@@ -214,7 +214,7 @@ contains
       judgement%not_found = pack(judgement%not_found, .not. replaced)
       judgement%doubtful = pack(judgement%doubtful, .not. replaced)
       ! The polished pairs of a wide cluster may include neighbours that stay in the list.
-      call drop_dependent(found, modes)
+      call drop_dependent(found, modes, s%is_lossy())
       if (size(found%lambda) == 0) return
       call judge_pairs(s%work, mode_request_type(target=s%options%target, reference=s%reference(), refined=keeps), found, &
          new_modes)
@@ -235,7 +235,8 @@ contains
          complex(wp) :: shift
          complex(wp), allocatable :: certain(:)
          integer :: guard_vectors, number_before, i
-         logical :: accepted, invariant, found_again(size(cluster%members))
+         logical :: accepted, invariant
+         logical, dimension(size(cluster%members)) :: found_again, independent
 
          members = chosen_pairs(modes, [(any(cluster%members == i), i=1, size(modes%lambda))])
          number_before = cluster%count_eigenvalues(members%lambda)
@@ -265,7 +266,8 @@ contains
                ! had moved, they are more accurate, or accurate enough and invariant.
                certain = members%lambda
                where (abs(aimag(certain)) <= modes%uncertainty(cluster%members)) certain = real(certain, wp)
-               certain = pack(certain, .not. lost .and. are_independent(cluster%members, found_again))
+               independent = are_independent(cluster%members, found_again)
+               certain = pack(certain, .not. lost .and. independent)
                accepted = polished%complete .and. polished%eigenvalues <= number_before .and. &
                   polished%eigenvalues >= cluster%count_eigenvalues(certain) .and. size(polished%pairs%lambda) >= size(certain)
                invariant = polished%residual <= known_well
@@ -290,7 +292,7 @@ contains
             replaced(cluster%members) = .true.
             if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
             ! Two clusters of inaccurate eigenvalues may be the same: both find the same pairs then.
-            call drop_dependent(polished%pairs, found)
+            call drop_dependent(polished%pairs, found, s%is_lossy())
             call append_pairs(found, polished%pairs)
          else if (polished%eigenvalues == 0) then
             judgement%not_found(cluster%members) = judgement%doubtful(cluster%members) .or. &
@@ -320,13 +322,24 @@ contains
       is_counted = s%dense .and. s%transform%certificate%verdict == certified_yes
    end function is_counted
 
-   ! Removes pairs whose states are linearly dependent on those of known pairs with nearly the same eigenvalue.
-   subroutine drop_dependent(pairs, known)
+   ! Removes pairs whose states are linearly dependent on those of known pairs with nearly the same eigenvalue. Two copies of a real
+   ! eigenvalue that rounding made a pair, without losses, span the conjugate state, too.
+   subroutine drop_dependent(pairs, known, lossy)
       type(eigenpairs_type), intent(inout) :: pairs
       class(eigenpairs_type), intent(in) :: known
+      logical, intent(in) :: lossy
+      type(eigenpairs_type) :: all_known, conjugates
       integer :: j
 
-      call keep_pairs(pairs, [(independent_part(known, pairs, j, same_value) > dependent_state, j=1, size(pairs%lambda))])
+      all_known = chosen_pairs(known, spread(.true., 1, size(known%lambda)))
+      if (.not. (lossy .or. known%is_real())) then
+         conjugates = chosen_pairs(known, abs(aimag(known%lambda)) > 0 .and. &
+            abs(aimag(known%lambda)) <= same_value*abs(known%lambda))
+         conjugates%lambda = conjg(conjugates%lambda)
+         conjugates%phi = conjg(conjugates%phi)
+         call append_pairs(all_known, conjugates)
+      end if
+      call keep_pairs(pairs, [(independent_part(all_known, pairs, j, same_value) > dependent_state, j=1, size(pairs%lambda))])
    end subroutine drop_dependent
 
    !> Whether no mode needs polishing for its backward error: it is small enough, beyond repair, or that of a rigid motion.
