@@ -254,9 +254,10 @@ contains
             if (any(error%code == [error_singular, error_convergence, error_cancelled])) deallocate (error)
             return
          end if
-         ! Roots of a defective eigenvalue may be one.
-         found_again = [(any(abs(members%lambda(i) - polished%pairs%lambda) <= equal_value*abs(members%lambda(i))), &
-            i=1, size(members%lambda))]
+         ! Roots of a defective eigenvalue have one shape, and may be found as one root beside them.
+         found_again = are_found(members%lambda, polished%pairs%lambda, equal_value)
+         independent = are_independent(cluster%members, found_again)
+         found_again = found_again .or. (are_found(members%lambda, polished%pairs%lambda, same_value) .and. .not. independent)
          associate (lost => judgement%not_found(cluster%members), doubtful => judgement%doubtful(cluster%members), &
             worst_before => maxval(judgement%errors(cluster%members)))
             if (refines) then
@@ -266,8 +267,7 @@ contains
                ! had moved, they are more accurate, or accurate enough and invariant.
                certain = members%lambda
                where (abs(aimag(certain)) <= modes%uncertainty(cluster%members)) certain = real(certain, wp)
-               independent = are_independent(cluster%members, found_again)
-               certain = pack(certain, .not. lost .and. independent)
+               certain = pack(certain, .not. lost .and. (found_again .or. independent))
                accepted = polished%complete .and. polished%eigenvalues <= number_before .and. &
                   polished%eigenvalues >= cluster%count_eigenvalues(certain) .and. size(polished%pairs%lambda) >= size(certain)
                invariant = polished%residual <= known_well
@@ -299,9 +299,21 @@ contains
                judgement%errors(cluster%members) > inaccurate_above
          else
             if (polished%eigenvalues >= number_before) judgement%not_found(cluster%members) = .false.
-            if (refines) where (.not. found_again) modes%uncertainty(cluster%members) = huge(1.0_wp)
+            ! Of symmetric problems Rayleigh's functional has moved them to where they are.
+            if (refines .and. .not. s%problem%symmetric) &
+               where (.not. found_again) modes%uncertainty(cluster%members) = huge(1.0_wp)
          end if
       end subroutine polish_cluster
+
+      ! Whether each eigenvalue is among those found, to a relative distance.
+      pure function are_found(lambda, found, distance)
+         complex(wp), intent(in) :: lambda(:), found(:)
+         real(wp), intent(in) :: distance
+         logical :: are_found(size(lambda))
+         integer :: i
+
+         are_found = [(any(abs(lambda(i) - found) <= distance*abs(lambda(i))), i=1, size(lambda))]
+      end function are_found
 
       ! Whether the state of each of some modes is among the first ones or independent of these and of those before it.
       function are_independent(positions, are_first)
