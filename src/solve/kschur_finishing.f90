@@ -236,7 +236,7 @@ contains
          complex(wp), allocatable :: certain(:)
          integer :: guard_vectors, number_before, i
          logical :: accepted, invariant
-         logical, dimension(size(cluster%members)) :: found_again, independent
+         logical, dimension(size(cluster%members)) :: found_again, independent, near
 
          members = chosen_pairs(modes, [(any(cluster%members == i), i=1, size(modes%lambda))])
          number_before = cluster%count_eigenvalues(members%lambda)
@@ -257,7 +257,8 @@ contains
          ! Roots of a defective eigenvalue have one shape, and may be found as one root beside them.
          found_again = are_found(members%lambda, polished%pairs%lambda, equal_value)
          independent = are_independent(cluster%members, found_again)
-         found_again = found_again .or. (are_found(members%lambda, polished%pairs%lambda, same_value) .and. .not. independent)
+         near = are_found(members%lambda, polished%pairs%lambda, same_value)
+         found_again = found_again .or. (near .and. .not. independent)
          associate (lost => judgement%not_found(cluster%members), doubtful => judgement%doubtful(cluster%members), &
             worst_before => maxval(judgement%errors(cluster%members)))
             if (refines) then
@@ -298,10 +299,11 @@ contains
             judgement%not_found(cluster%members) = judgement%doubtful(cluster%members) .or. &
                judgement%errors(cluster%members) > inaccurate_above
          else
-            if (polished%eigenvalues >= number_before) judgement%not_found(cluster%members) = .false.
-            ! Of symmetric problems Rayleigh's functional has moved them to where they are.
-            if (refines .and. .not. s%problem%symmetric) &
-               where (.not. found_again) modes%uncertainty(cluster%members) = huge(1.0_wp)
+            if (polished%eigenvalues >= number_before) then
+               judgement%not_found(cluster%members) = .false.
+               found_again = found_again .or. near
+            end if
+            if (refines) where (.not. found_again .and. independent) modes%uncertainty(cluster%members) = huge(1.0_wp)
          end if
       end subroutine polish_cluster
 
