@@ -247,7 +247,7 @@ contains
          call entrywise_bound(problem, transposed, lambda, left%phi(:, j), left%xi(:, j), modes%phi(:, j), modes%xi(:, j), &
             bound, change)
          if (bound >= 0) then
-            ! What refinement did not find again stays uncertain unless the bound shows it.
+            ! What refinement led elsewhere stays unknown, unless the bound shows it.
             if (bound < abs(lambda) .or. modes%uncertainty(j) < huge(1.0_wp)) modes%uncertainty(j) = change
             if (is_nearly_defective(modes%lambda, modes%phi, j, rounding_of_sums/epsilon(1.0_wp)*bound)) &
                bound = ieee_value(1.0_wp, ieee_quiet_nan)

@@ -141,7 +141,7 @@ contains
       end do
       if (.not. allocated(judgement%not_found)) return
       if (s%dense .and. .not. s%problem%symmetric) then
-         where (judgement%not_found) modes%uncertainty = huge(1.0_wp)
+         where (judgement%not_found) modes%uncertainty = abs(modes%lambda)
       else
          call modes%leave_out(judgement%not_found)
       end if
@@ -235,7 +235,7 @@ contains
          complex(wp) :: shift
          complex(wp), allocatable :: certain(:)
          integer :: guard_vectors, number_before, i
-         logical :: accepted, invariant
+         logical :: accepted, credible
          logical, dimension(size(cluster%members)) :: found_again, independent, near
 
          members = chosen_pairs(modes, [(any(cluster%members == i), i=1, size(modes%lambda))])
@@ -261,23 +261,20 @@ contains
          found_again = found_again .or. (near .and. .not. independent)
          associate (lost => judgement%not_found(cluster%members), doubtful => judgement%doubtful(cluster%members), &
             worst_before => maxval(judgement%errors(cluster%members)))
+            credible = polished%complete .and. polished%worst() <= max(rounding_of_row, no_correct_digits*worst_before)
             if (refines) then
                ! They are no more than the members, and no fewer than those of them that are certain: that were not lost before,
                ! and are found again or independent of the others, where a pair is one if its error bound reaches the real axis.
-               ! If they are the members, residuals did not grow, as where zeros make the factors singular to rounding; if members
-               ! had moved, they are more accurate, or accurate enough and invariant.
+               ! Residuals did not grow, as where zeros make the factors singular to rounding; in a space that is not invariant,
+               ! they are those of rounding or far smaller, and members had moved.
                certain = members%lambda
                where (abs(aimag(certain)) <= modes%uncertainty(cluster%members)) certain = real(certain, wp)
                certain = pack(certain, .not. lost .and. (found_again .or. independent))
                accepted = polished%complete .and. polished%eigenvalues <= number_before .and. &
                   polished%eigenvalues >= cluster%count_eigenvalues(certain) .and. size(polished%pairs%lambda) >= size(certain)
-               invariant = polished%residual <= known_well
-               if (all(found_again) .and. polished%eigenvalues == number_before) then
-                  accepted = accepted .and. invariant .and. polished%worst() <= max(rounding_of_row, worst_before)
-               else
-                  accepted = accepted .and. (polished%worst() < worst_before .or. &
-                     (invariant .and. polished%worst() <= polisher%tolerance))
-               end if
+               accepted = accepted .and. ((polished%residual <= known_well .and. &
+                  polished%worst() <= max(rounding_of_row, worst_before)) .or. &
+                  (credible .and. .not. (all(found_again) .and. polished%eigenvalues == number_before)))
             else
                ! They are as many as the members that are certain, that is independent and not in doubt (all, if a certificate
                ! counts them), and all Ritz values in the cluster are accurate; or they are as many as the members, and accurate
@@ -303,7 +300,8 @@ contains
                judgement%not_found(cluster%members) = .false.
                found_again = found_again .or. near
             end if
-            if (refines) where (.not. found_again .and. independent) modes%uncertainty(cluster%members) = huge(1.0_wp)
+            if (refines .and. credible) &
+               where (.not. found_again .and. independent) modes%uncertainty(cluster%members) = huge(1.0_wp)
          end if
       end subroutine polish_cluster
 
