@@ -254,15 +254,15 @@ contains
             if (any(error%code == [error_singular, error_convergence, error_cancelled])) deallocate (error)
             return
          end if
-         ! Roots of a defective eigenvalue have one shape, and may be found as one root beside them.
-         found_again = are_found(members%lambda, polished%pairs%lambda, equal_value)
-         independent = are_independent(cluster%members, found_again)
-         near = are_found(members%lambda, polished%pairs%lambda, same_value)
-         found_again = found_again .or. (near .and. .not. independent)
          associate (lost => judgement%not_found(cluster%members), doubtful => judgement%doubtful(cluster%members), &
             worst_before => maxval(judgement%errors(cluster%members)))
-            credible = polished%complete .and. polished%worst() <= max(rounding_of_row, no_correct_digits*worst_before)
             if (refines) then
+               ! Roots of a defective eigenvalue have one shape, and may be found as one root beside them.
+               found_again = are_found(members%lambda, polished%pairs%lambda, equal_value)
+               independent = are_independent(cluster%members, found_again)
+               near = are_found(members%lambda, polished%pairs%lambda, same_value)
+               found_again = found_again .or. (near .and. .not. independent)
+               credible = polished%complete .and. polished%worst() <= max(rounding_of_row, no_correct_digits*worst_before)
                ! They are no more than the members, and no fewer than those of them that are certain: that were not lost before,
                ! and are found again or independent of the others, where a pair is one if its error bound reaches the real axis.
                ! Residuals did not grow, as where zeros make the factors singular to rounding; in a space that is not invariant,
@@ -296,12 +296,11 @@ contains
             judgement%not_found(cluster%members) = judgement%doubtful(cluster%members) .or. &
                judgement%errors(cluster%members) > inaccurate_above
          else
-            if (polished%eigenvalues >= number_before) then
-               judgement%not_found(cluster%members) = .false.
-               found_again = found_again .or. near
-            end if
-            if (refines .and. credible) &
-               where (.not. found_again .and. independent) modes%uncertainty(cluster%members) = huge(1.0_wp)
+            if (polished%eigenvalues >= number_before) judgement%not_found(cluster%members) = .false.
+            if (.not. refines) return
+            ! Where none is missing, those nearby are the same.
+            if (polished%eigenvalues >= number_before) found_again = found_again .or. near
+            where (credible .and. independent .and. .not. found_again) modes%uncertainty(cluster%members) = huge(1.0_wp)
          end if
       end subroutine polish_cluster
 
