@@ -143,15 +143,20 @@ contains
    end subroutine diagonalize_damping
 
    ! The largest lambda (1/s) at which lambda^2 phi^T M phi is at most `hidden_inertia` times the rounding of phi^T K phi, over the
-   ! motions phi. A motion without inertia to rounding is skipped: its zero is not double, and rounding of K moves it little.
+   ! motions phi. A motion without inertia to rounding, of M or of its own entries, is skipped: its zero is not double, and rounding
+   ! of K moves it little.
    real(wp) function zero_noise(problem, motions)
       type(modal_problem_type), intent(in) :: problem
       real(wp), intent(in) :: motions(:, :)
       real(wp), dimension(size(motions, 2)) :: inertia, rounding
+      ! Rounding errors of entries.
+      real(wp) :: errors(size(motions, 1), size(motions, 2))
       logical :: has_inertia(size(motions, 2))
 
       inertia = sum(motions*problem%mass%product(motions), 1)
-      has_inertia = inertia > cancelled*sum(abs(motions)*terms_of(problem%mass, abs(motions)), 1)
+      errors = spread(rounding_of_sums*maxval(abs(motions), 1), 1, size(motions, 1))
+      has_inertia = inertia > cancelled*sum(abs(motions)*terms_of(problem%mass, abs(motions)), 1) .and. &
+         inertia > sum(errors*terms_of(problem%mass, errors), 1)
       rounding = epsilon(1.0_wp)*sum(abs(motions)*terms_of(problem%stiffness, abs(motions)), 1)
       zero_noise = maxval([0.0_wp, pack(sqrt(hidden_inertia*rounding/merge(inertia, 1.0_wp, has_inertia)), has_inertia)])
    end function zero_noise
