@@ -181,17 +181,18 @@ contains
       real(wp) :: point
       integer :: nearer
 
-      if (result%reason /= reason_max_restarts .or. size(result%eigenvalues) == 0) return
+      if (result%reason /= reason_max_restarts) return
       point = accumulation_point(problem)
       if (.not. point < 0) return
       associate (distances => abs(result%eigenvalues - result%target), edge => abs(point - result%target))
-         if (maxval(distances) < reached_part*edge) return
+         ! Where no mode is listed, the crowd may be the reason.
+         if (size(distances) > 0 .and. maxval(distances) < reached_part*edge) return
          nearer = count(distances < (1 - accumulation_width)*edge)
       end associate
       call result%add_note("stiff motions, overdamped, crowd at "//magnitude(point)//" 1/s, as damping is proportional to "// &
-         "stiffness: "//text(nearer)//" of the modes listed "//either(nearer == 1, "is", "are")// &
-         " nearer, the others some of the "// &
-         "crowd; a band or a frequency has what oscillates beyond it")
+         "stiffness: "//either(size(result%eigenvalues) == 0, "none of them is told from the others", &
+         text(nearer)//" of the modes listed "//either(nearer == 1, "is", "are")//" nearer, the others some of the crowd")// &
+         "; a band or a frequency has what oscillates beyond it")
    end subroutine note_accumulation
 
    ! The accumulation point -K/R (1/s), if it is the same for at least half of the unknowns; otherwise 0.

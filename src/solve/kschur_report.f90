@@ -53,8 +53,7 @@ contains
       call describe(s%problem, rigid, result)
       if (present(by_frequency)) call order_by_frequency(result)
       call note_inaccurate(s%problem, size(modes%unlisted), result)
-      if (size(result%eigenvalues) > 0) call note_modes(s%problem, merge(huge(1), s%known%deflation%count_undamped(), &
-         s%options%is_plain()), result, error)
+      call note_modes(s%problem, merge(huge(1), s%known%deflation%count_undamped(), s%options%is_plain()), result, error)
       if (.not. allocated(error)) call normalise_shapes(s%problem, result)
       call s%end_step(phase_judge)
       result%effort_type = s%effort
