@@ -340,6 +340,7 @@ contains
             real_t = real(t, wp)
             call schur_form(real_t, real_u, mu, error)
             if (allocated(error)) return
+            call split_pairs(noise, real_t, mu)
             ! Im lambda > 0 belongs to Im mu < 0.
             chosen = pack([(j, j=1, p)], aimag(mu) <= 0 .and. abs(mu) > 0)
             call independent_eigenvectors(real_t, noise, chosen, y)
@@ -361,6 +362,22 @@ contains
          end do
       end subroutine find_ritz_pairs
    end subroutine polish
+
+   ! Takes conjugate pairs of a real Schur form whose coupling is noise as two copies of a real eigenvalue: both Schur vectors are
+   ! eigenvectors then.
+   pure subroutine split_pairs(noise, t, values)
+      !> Relative to the eigenvalue.
+      real(wp), intent(in) :: noise
+      real(wp), intent(inout) :: t(:, :)
+      complex(wp), intent(inout) :: values(:)
+      integer :: j
+
+      do j = 1, size(values) - 1
+         if (.not. abs(t(j + 1, j)) > 0 .or. max(abs(t(j, j + 1)), abs(t(j + 1, j))) > noise*abs(t(j, j))) cycle
+         t(j + 1, j) = 0
+         values(j:j + 1) = real(values(j:j + 1), wp)
+      end do
+   end subroutine split_pairs
 
    !> The largest backward error, 0 if there are no pairs.
    pure real(wp) function worst(self)

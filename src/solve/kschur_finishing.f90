@@ -264,11 +264,12 @@ contains
                found_again = found_again .or. (near .and. .not. independent)
                credible = polished%complete .and. polished%worst() <= max(rounding_of_row, no_correct_digits*worst_before)
                ! They are no more than the members, and no fewer than those of them that are certain: that were not lost before,
-               ! and are found again or independent of the others, where a pair is one if its error bound reaches the real axis.
+               ! and are found again or independent of the others, where a pair is one if it is real to rounding or its bound.
                ! Residuals did not grow, as where zeros make the factors singular to rounding; in a space that is not invariant,
                ! they are those of rounding or far smaller, and members had moved.
                certain = members%lambda
-               where (abs(aimag(certain)) <= modes%uncertainty(cluster%members)) certain = real(certain, wp)
+               where (abs(aimag(certain)) <= max(modes%uncertainty(cluster%members), equal_value*abs(certain))) &
+                  certain = real(certain, wp)
                certain = pack(certain, .not. lost .and. (found_again .or. independent))
                accepted = polished%complete .and. polished%eigenvalues <= number_before .and. &
                   polished%eigenvalues >= cluster%count_eigenvalues(certain) .and. size(polished%pairs%lambda) >= size(certain)
