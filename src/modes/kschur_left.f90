@@ -16,7 +16,7 @@ module kschur_left
    use kschur_problem, only: modal_problem_type
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_split, only: cluster_type, split
-   use kschur_tolerances, only: above_all_rounding, rounding_of_sums, same_shape, same_value, split_by_rounding
+   use kschur_tolerances, only: above_all_rounding, blurred_value, rounding_of_sums, same_shape, same_value, split_by_rounding
    implicit none
    private
    public :: condition_number, find_left_pairs, is_nearly_defective, set_left_modes
@@ -206,7 +206,7 @@ contains
    end subroutine biorthogonalize
 
    ! Sets the normwise relative condition numbers (Tisseur, Linear Algebra Appl. 309 (2000)), and error bounds where there are none
-   ! yet, or none below the eigenvalue. A condition number is infinite for a zero eigenvalue, where it exceeds 1/epsilon, and for a
+   ! yet, or none that leaves a usable number. A condition number is infinite for a zero eigenvalue, where it exceeds 1/epsilon, and for a
    ! numerically defective one, which rounding could merge with a neighbour of the same shape.
    subroutine set_conditions(problem, left, modes)
       type(modal_problem_type), intent(in) :: problem
@@ -226,7 +226,7 @@ contains
                if (is_nearly_defective(modes%lambda, modes%phi, j, rounding_of_sums*condition*abs(lambda))) &
                   condition = ieee_value(1.0_wp, ieee_positive_inf)
             end if
-            if (.not. modes%error_bound(j) < abs(lambda)) call set_bound(problem, transposed, left, modes, j)
+            if (.not. modes%error_bound(j) < blurred_value*abs(lambda)) call set_bound(problem, transposed, left, modes, j)
          end associate
       end do
    end subroutine set_conditions

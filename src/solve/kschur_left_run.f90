@@ -18,7 +18,7 @@ module kschur_left_run
    use kschur_search, only: find_modes
    use kschur_shapes, only: orthonormalize_zeros
    use kschur_text, only: text
-   use kschur_tolerances, only: above_all_rounding
+   use kschur_tolerances, only: above_all_rounding, blurred_value
    use kschur_transposed, only: transpose_problem
    implicit none
    private
@@ -80,7 +80,7 @@ contains
          (s%dense .or. (is_small(s) .and. (s%problem%symmetric .or. .not. (s%is_lossy() .or. s%options%is_plain()))))
    end function lacks_bounds
 
-   ! Whether each mode has no error bound, or of a symmetric problem one as large as the eigenvalue, as where a few large entries
+   ! Whether each mode has no error bound, or of a symmetric problem one that leaves no usable number, as where a few large entries
    ! hide the others.
    function are_unbounded(s, modes)
       type(solve_context_type), intent(in) :: s
@@ -89,7 +89,7 @@ contains
 
       are_unbounded = .not. modes%error_bound >= 0
       if (.not. s%problem%symmetric .or. size(modes%lambda) == 0) return
-      are_unbounded = are_unbounded .or. (modes%error_bound >= abs(modes%lambda) .and. abs(modes%lambda) > 0 .and. &
+      are_unbounded = are_unbounded .or. (modes%error_bound >= blurred_value*abs(modes%lambda) .and. abs(modes%lambda) > 0 .and. &
          .not. are_known(s, modes%lambda))
    end function are_unbounded
 
