@@ -6,8 +6,7 @@ module kschur_bound_verdict
    use kschur_kinds, only: wp
    use kschur_mode_selection, only: distances
    use kschur_modes, only: modes_type
-   use kschur_outcome, only: certified_unknown, certified_yes, reason_converged, reason_fewer_modes, &
-      reason_inaccurate
+   use kschur_outcome, only: certified_unknown, certified_yes, reason_converged, reason_fewer_modes, reason_inaccurate
    use kschur_text, only: text
    use kschur_tolerances, only: same_value
    implicit none
@@ -17,10 +16,10 @@ module kschur_bound_verdict
 contains
 
    !> Leaves out modes whose residual lets the eigenvalue be off by as much as its size, or that are not accurate enough and have no
-   !> smaller bound, as no digit is known then, and makes the result inaccurate. (`tell_hidden` judges large symmetric problems,
-   !> whose bounds are by norms.) Where only rounding of the entries of the matrices does, the matrices as they are have this
-   !> eigenvalue: that is noted. Neither list is certified, nor one of a dense solve in which the disc of an eigenvalue reaches as
-   !> far from the target as one that is not listed: which is nearer is not known.
+   !> smaller bound where bounds are computed, as no digit is known then, and makes the result inaccurate. (`tell_hidden` judges large
+   !> symmetric problems, whose bounds are by norms.) Where only rounding of the entries of the matrices does, the matrices as they are
+   !> have this eigenvalue: that is noted. Neither list is certified, nor one of a dense solve in which the disc of an eigenvalue
+   !> reaches as far from the target as one that is not listed: which is nearer is not known.
    subroutine judge_bounds(s, modes)
       type(solve_context_type), intent(inout) :: s
       !> Of the problem as given.
@@ -30,8 +29,8 @@ contains
       if (size(modes%lambda) == 0 .or. (s%problem%symmetric .and. .not. (s%dense .or. is_small(s)))) return
       judged = abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda)
       blurred = judged .and. modes%error_bound >= abs(modes%lambda)
-      unknown = judged .and. .not. modes%error_bound < abs(modes%lambda) .and. &
-         (modes%uncertainty >= abs(modes%lambda) .or. modes%backward_error > s%options%good_enough())
+      unknown = judged .and. .not. modes%error_bound < abs(modes%lambda) .and. (modes%uncertainty >= abs(modes%lambda) .or. &
+         ((s%dense .or. is_small(s)) .and. modes%backward_error > s%options%good_enough()))
       if (any(unknown)) then
          call modes%leave_out(unknown)
          if (modes%missing == 0) modes%missing = -1
