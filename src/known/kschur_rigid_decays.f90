@@ -12,12 +12,6 @@ module kschur_rigid_decays
    private
    public :: find_rigid_decays
 
-   !> A block of p motions with their multipliers, and the products M X and R X of the motions.
-   type :: states_type
-      !> X above Xi, (n + m) x p; M X and R X, n x p.
-      real(wp), allocatable :: x(:, :), inertia(:, :), damping_forces(:, :)
-   end type states_type
-
 contains
 
    !> Computes the nonzero eigenvalues of weakly damped rigid motions N of a symmetric problem, by a fixed-point iteration for the
@@ -37,7 +31,8 @@ contains
       real(wp), allocatable, intent(out) :: lambda(:), x(:, :)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: most_turns = 20
-      type(states_type) :: decaying, undamped, states
+      ! Motions above their multipliers: the parts of N that decay and that do not, and X.
+      real(wp), allocatable :: decaying(:, :), undamped(:, :), states(:, :)
       real(wp), allocatable :: vectors(:, :), rates(:), w(:, :), w_before(:, :), s(:, :)
       logical, allocatable :: decays(:)
       real(wp) :: change, previous_change, slowest
@@ -59,17 +54,17 @@ contains
       slowest = minval(abs(rates), decays)
       ! The p largest rates must be clearly above the others, which must be zero to rounding.
       if (slowest > zero_noise .or. any(abs(rates) > dependent*slowest .and. .not. decays)) return
-      decaying = states_of(vectors(:, pack([(i, i=1, size(rates))], decays)))
-      undamped = states_of(vectors(:, pack([(i, i=1, size(rates))], .not. decays)))
+      decaying = vectors(:, pack([(i, i=1, size(rates))], decays))
+      undamped = vectors(:, pack([(i, i=1, size(rates))], .not. decays))
       allocate (w(size(x, 1), n_decays), source=0.0_wp)
       previous_change = huge(1.0_wp)
       do turn = 1, most_turns
          call set_states()
          if (.not. done) return
          w_before = w
-         call rigid%pseudo_solve(-matmul(matmul(states%inertia, s) + states%damping_forces, s), w, error)
+         call rigid%pseudo_solve(-matmul(forces(), s), w, error)
          if (allocated(error)) return
-         change = maxval(norm2(w(:n, :) - w_before(:n, :), 1)/norm2(states%x(:n, :), 1))
+         change = maxval(norm2(w(:n, :) - w_before(:n, :), 1)/norm2(states(:n, :), 1))
          done = change <= cancelled
          if (done .or. .not. change <= contraction*previous_change) exit
          previous_change = change
@@ -82,15 +77,15 @@ contains
       ! Sets X = N A + W and S for a given W: the part of N that decays enters with the unit matrix, the undamped part N2 such that
       ! N2^T (M X S + R X) = 0.
       subroutine set_states()
-         real(wp), allocatable :: b(:, :), forces(:, :)
+         real(wp), allocatable :: b(:, :)
 
-         states = states_of(decaying%x + w)
-         s = solve_dense(inner_products(decaying, states%inertia), -inner_products(decaying, states%damping_forces), done)
-         if (.not. done .or. size(undamped%x, 2) == 0) return
+         states = decaying + w
+         s = solve_dense(work_of(decaying, problem%mass%product(states(:n, :))), &
+            -work_of(decaying, problem%damping%product(states(:n, :))), done)
+         if (.not. done .or. size(undamped, 2) == 0) return
          ! B S = -N2^T (M X S + R X), as the undamped motions N2 have N2^T M N2 = I and R N2 = 0.
-         forces = matmul(states%inertia, s) + states%damping_forces
-         b = transpose(solve_dense(transpose(s), -transpose(inner_products(undamped, forces)), done))
-         states = states_of(states%x + matmul(undamped%x, b))
+         b = transpose(solve_dense(transpose(s), -transpose(work_of(undamped, forces())), done))
+         states = states + matmul(undamped, b)
       end subroutine set_states
 
       ! Computes the eigenpairs of (X, S): S is self-adjoint in the form X^T M X S + S^T X^T M X + X^T R X. Leaves none if that form
@@ -100,35 +95,31 @@ contains
          integer :: p, info
 
          p = size(s, 1)
-         h = matmul(inner_products(states, states%inertia), s)
-         metric = -(inner_products(states, states%damping_forces) + h + transpose(h))
+         h = matmul(work_of(states, problem%mass%product(states(:n, :))), s)
+         metric = -(work_of(states, forces()) + transpose(h))
          h = matmul(metric, s)
          h = (h + transpose(h))/2
          call dsygv(1, "V", "U", p, h, p, metric, p, values, work, size(work), info)
          if (info /= 0) return
          lambda = values
-         x = matmul(states%x, h)
+         x = matmul(states, h)
       end subroutine diagonalize
 
-      ! The block of given motions and multipliers with its products.
-      function states_of(x) result(made)
-         real(wp), intent(in) :: x(:, :)
-         type(states_type) :: made
+      ! M X S + R X.
+      function forces()
+         real(wp) :: forces(n, n_decays)
 
-         made%x = x
-         made%inertia = problem%mass%product(x(:n, :))
-         made%damping_forces = problem%damping%product(x(:n, :))
-      end function states_of
+         forces = matmul(problem%mass%product(states(:n, :)), s) + problem%damping%product(states(:n, :))
+      end function forces
    end subroutine find_rigid_decays
 
-   ! X^T F, of the motions X and a block of forces.
-   pure function inner_products(states, forces)
-      type(states_type), intent(in) :: states
-      real(wp), intent(in) :: forces(:, :)
-      real(wp) :: inner_products(size(states%x, 2), size(forces, 2))
+   ! The work X^T F of a block of forces on motions X, which stand above their multipliers.
+   pure function work_of(x, forces) result(work)
+      real(wp), intent(in) :: x(:, :), forces(:, :)
+      real(wp) :: work(size(x, 2), size(forces, 2))
 
-      inner_products = matmul(transpose(states%x(:size(forces, 1), :)), forces)
-   end function inner_products
+      work = matmul(transpose(x(:size(forces, 1), :)), forces)
+   end function work_of
 
    ! Solves A X = B by LAPACK's dgesv.
    function solve_dense(a, b, is_regular)
