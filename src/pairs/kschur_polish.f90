@@ -29,8 +29,6 @@ module kschur_polish
    type :: polisher_type
       !> Backward error to reach.
       real(wp) :: tolerance = 0
-      !> Distance of the shift from the centre of a cluster, relative to it: near, but the matrix is not singular.
-      real(wp) :: offset = 1.0e-6_wp
       !> Size of eigenvalues (1/s) that takes the place of the centre where that is zero.
       real(wp) :: reference = 0
       !> Whether clusters are refined: iterated until their space is invariant to rounding, however small backward errors are. What
@@ -99,9 +97,10 @@ contains
       !> Where the problem was factored (1/s).
       complex(wp), intent(out) :: shift
       type(error_type), allocatable, intent(out) :: error
-      ! Factors of the spread, and of the disc, within which the matrix is singular to rounding; and the largest part of the gap, by
-      ! which a step reduces what lies beyond it.
-      real(wp), parameter :: spread_factor = 1.5_wp, disc_factor = 10, gap_fraction = 1/30.0_wp
+      ! Distance of the shift from the centre, relative to it: near, but the matrix is not singular. Factors of the spread, and of
+      ! the disc, within which the matrix is singular to rounding; and the largest part of the gap, by which a step reduces what
+      ! lies beyond it.
+      real(wp), parameter :: offset = 1.0e-6_wp, spread_factor = 1.5_wp, disc_factor = 10, gap_fraction = 1/30.0_wp
       real(wp) :: distance, unit
 
       if (.not. allocated(self%blocks)) then
@@ -111,7 +110,7 @@ contains
          if (allocated(error)) return
       end if
       unit = merge(abs(cluster%centre), self%reference, abs(cluster%centre) > 0)
-      distance = max(self%offset*unit, spread_factor*cluster%spread)
+      distance = max(offset*unit, spread_factor*cluster%spread)
       if (size(cluster%members) > 1 .or. .not. abs(cluster%centre) > 0) &
          distance = max(distance, min(largest_offset*unit, gap_fraction*cluster%gap))
       distance = max(distance, min(disc_factor*cluster%disc, gap_fraction*cluster%gap))
