@@ -1,7 +1,7 @@
 !> Selection of modes from eigenpairs: drops duplicates and spurious pairs, assesses accuracy, keeps those nearest to the target.
 module kschur_mode_selection
    use kschur_backward_error, only: judge_as_given
-   use kschur_eigenpairs, only: chosen_pairs, eigenpairs_type, keep_pairs, move_pairs, normalize
+   use kschur_eigenpairs, only: eigenpairs_type, keep_pairs, move_pairs, normalize
    use kschur_kinds, only: wp
    use kschur_modes, only: eigenvalues_of, modes_type
    use kschur_problem, only: modal_problem_type
@@ -42,31 +42,25 @@ module kschur_mode_selection
 
 contains
 
-   !> Makes modes from eigenpairs: conjugate pairs once, duplicates and spurious pairs dropped, nearest to the target first, at most
-   !> as many as are asked for.
+   !> Makes modes from eigenpairs as `judge_pairs` does, with the errors of all, and without spurious ones.
    subroutine accept_pairs(problem, request, pairs, modes)
       type(modal_problem_type), intent(in) :: problem
       type(mode_request_type), intent(in) :: request
       !> Moved to the modes.
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
-      real(wp), allocatable :: errors(:), bounds(:)
 
       call judge_pairs(problem, request, pairs, modes)
-      ! The errors of rigid motions were not computed: blocks of exact zeros are skipped.
-      associate (is_rigid => modes%motion > 0)
-         allocate (errors(count(is_rigid)), bounds(count(is_rigid)))
-         call judge_as_given(problem, chosen_pairs(modes, is_rigid), spread(.true., 1, size(errors)), errors, bounds)
-         modes%backward_error = unpack(errors, is_rigid, modes%backward_error)
-         modes%error_bound = unpack(bounds, is_rigid, modes%error_bound)
-      end associate
+      ! Exact zeros were not judged.
+      call judge_as_given(problem, modes%eigenpairs_type, modes%motion > 0, modes%backward_error, modes%error_bound)
       call drop_spurious(modes)
    end subroutine accept_pairs
 
-   !> Makes modes from eigenpairs as `accept_pairs` does, but keeps inaccurate pairs among the nearest, so that they can be refined,
-   !> and does not compute the errors of zeros; with losses also those next to the real axis below it, which `drop_spurious` drops
-   !> once they are accurate. Sets the number found, as `unlisted` the inaccurate pairs that are dropped because there are more
-   !> pairs than finite eigenvalues, and as `infinite` those of infinite eigenvalues.
+   !> Makes modes from eigenpairs: conjugate pairs once, duplicates dropped, nearest to the target first, at most as many as are
+   !> asked for. Keeps inaccurate pairs among the nearest, so that they can be refined, and does not compute the errors of zeros;
+   !> with losses also keeps those next to the real axis below it, which `drop_spurious` drops once they are accurate. Sets the
+   !> number found, as `unlisted` the inaccurate pairs that are dropped because there are more pairs than finite eigenvalues, and as
+   !> `infinite` those of infinite eigenvalues.
    subroutine judge_pairs(problem, request, pairs, modes)
       type(modal_problem_type), intent(in) :: problem
       type(mode_request_type), intent(in) :: request
@@ -92,11 +86,13 @@ contains
          call match_conjugates(pairs%lambda(:k), same_value*abs(pairs%lambda(:k)), pairs%paired(:k), mirrored)
          call move_above_axis()
       end if
-      call normalize_first()
+      !$omp parallel do schedule(static) if (pairs%rows() > panel_rows)
+      do j = 1, k
+         call normalize(pairs, j)
+      end do
+      !$omp end parallel do
       call correct_eigenvalues(problem, pairs, request%rigid, request%refined, modes%backward_error, modes%error_bound, &
          modes%uncertainty)
-      ! The correction changes complex shapes only.
-      if (.not. pairs%is_real()) call normalize_first()
       allocate (repeated, source=repeats_rigid_motion(problem, pairs, k, request%rigid, request%reference, request%zero_noise))
       allocate (accepted(size(pairs%lambda)), source=.true.)
       accepted(:k) = .not. (mirrored .or. repeated)
@@ -129,17 +125,6 @@ contains
             pairs%xi(:, j) = conjg(pairs%xi(:, j))
          end do
       end subroutine move_above_axis
-
-      ! Normalizes the first k pairs: unit norm, largest entry real and positive.
-      subroutine normalize_first()
-         integer :: j
-
-         !$omp parallel do schedule(static) if (pairs%rows() > panel_rows)
-         do j = 1, k
-            call normalize(pairs, j)
-         end do
-         !$omp end parallel do
-      end subroutine normalize_first
 
       ! Drops pairs of infinite eigenvalues, and lists them: inaccurate ones far above all accurate ones, and those in excess of the
       ! number of finite eigenvalues.

@@ -2,7 +2,7 @@
 !> off it.
 module kschur_eigenvalue_correction
    use kschur_backward_error, only: backward_errors, judge, least_bound, norms_of
-   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, replace_pair
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, normalize, replace_pair
    use kschur_kinds, only: wp, xp
    use kschur_problem, only: damping_none, modal_problem_type
    use kschur_products, only: multiply_pairs, pairs_at_once, products_type
@@ -69,6 +69,7 @@ contains
                call append_pairs(copies, part_on_axis(pairs, j, imaginary=.true.))
             end if
             if (moved) call replace_pair(pairs, j, on_axis, 1)
+            if (moved) call normalize(pairs, j)
             multiplied = multiplied .and. .not. moved
          end do
          if (.not. multiplied) call multiply_pairs(problem, transposed, pairs, first, last, problem%symmetric, products)
