@@ -237,21 +237,15 @@ contains
       ! Makes the current row the next pivot row, and chooses its pivot for low fill. Clears the current row.
       subroutine add_pivot(i)
          integer, intent(in) :: i
-         real(xp) :: magnitude(length), limit
-         integer :: k, place
+         real(xp) :: magnitude(length)
+         integer :: place
 
          ! The pivot: among entries of usable size in the units of the constraints the one whose column has the fewest entries,
          ! which keeps fill low (Markowitz).
          associate (columns => nonzeros(:length))
             magnitude = scale(abs(value(columns)), -column_exponents(columns))
+            place = minloc(entries(columns), 1, magnitude >= usable_pivot**2*maxval(magnitude))
          end associate
-         limit = usable_pivot**2*maxval(magnitude)
-         place = 0
-         do k = 1, length
-            if (magnitude(k) < limit) cycle
-            if (place == 0) place = k
-            if (entries(nonzeros(k)) < entries(nonzeros(place))) place = k
-         end do
          nonzeros([1, place]) = nonzeros([place, 1])
          pivots = pivots + 1
          associate (p => pivots, columns => nonzeros(:length))
