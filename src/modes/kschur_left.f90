@@ -206,8 +206,8 @@ contains
    end subroutine biorthogonalize
 
    ! Sets the normwise relative condition numbers (Tisseur, Linear Algebra Appl. 309 (2000)), and error bounds where there are none
-   ! yet, or none that leaves a usable number. A condition number is infinite for a zero eigenvalue, where it exceeds 1/epsilon, and for a
-   ! numerically defective one, which rounding could merge with a neighbour of the same shape.
+   ! yet, or none that leaves a usable number. A condition number is infinite for a zero eigenvalue, where it exceeds 1/epsilon, and
+   ! for a numerically defective one, which rounding could merge with a neighbour of the same shape.
    subroutine set_conditions(problem, left, modes)
       type(modal_problem_type), intent(in) :: problem
       type(eigenpairs_type), intent(in) :: left

@@ -16,10 +16,10 @@ module kschur_bound_verdict
 contains
 
    !> Leaves out modes whose residual lets the eigenvalue be off by as much as its size, or that are not accurate enough and have no
-   !> smaller bound where bounds are computed, as no digit is known then, and makes the result inaccurate. (`tell_hidden` judges large
-   !> symmetric problems, whose bounds are by norms.) Where only rounding of the entries of the matrices does, the matrices as they are
-   !> have this eigenvalue: that is noted. Neither list is certified, nor one of a dense solve in which the disc of an eigenvalue
-   !> reaches as far from the target as one that is not listed: which is nearer is not known.
+   !> smaller bound where bounds are computed, as no digit is known then, and makes the result inaccurate. (`tell_hidden` judges
+   !> large symmetric problems, whose bounds are by norms.) Where only rounding of the entries of the matrices does, the matrices as
+   !> they are have this eigenvalue: that is noted. Neither list is certified, nor one of a dense solve in which the disc of an
+   !> eigenvalue reaches as far from the target as one that is not listed: which is nearer is not known.
    subroutine judge_bounds(s, modes)
       type(solve_context_type), intent(inout) :: s
       !> Of the problem as given.
