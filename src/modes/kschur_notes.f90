@@ -18,7 +18,7 @@ module kschur_notes
    private
    ! Eigenvalues within this relative distance of the accumulation point belong to it.
    real(wp), parameter :: accumulation_width = 0.01_wp
-   public :: named, note_dependence, note_inaccurate, note_modes, note_penalties, note_problem
+   public :: named, note_accumulation, note_dependence, note_inaccurate, note_modes, note_penalties, note_problem
 
 contains
 
@@ -91,8 +91,8 @@ contains
       if (noted > most) call append_note(notes, text(noted - most)//" more constraints nearly follow from others")
    end subroutine note_dependence
 
-   !> Notes on modes: undamped rigid motions (double zeros), rigid motions of loaded joints, nearly defective eigenvalues, an
-   !> accumulation point of eigenvalues, and what ARPACK or `low-rank` may have missed if nothing was counted.
+   !> Notes on modes: undamped rigid motions (double zeros), rigid motions of loaded joints, nearly defective eigenvalues, and what
+   !> ARPACK or `low-rank` may have missed if nothing was counted.
    subroutine note_modes(problem, max_undamped, result, error)
       type(modal_problem_type), intent(in) :: problem
       !> Upper bound of the number of undamped rigid motions.
@@ -109,7 +109,6 @@ contains
          " rigid motions are double zeros (Jordan blocks): nothing damps them"))
       call note_joints(problem, result)
       call note_defective(problem, result)
-      call note_accumulation(problem, result)
       if (result%options%method == method_arpack .and. result%certified == certified_unknown) call result%add_note( &
          "ARPACK looks for no further copies of multiple eigenvalues, and nothing was counted: a mode may be missing")
       if (result%formulation == formulation_low_rank .and. result%reason == reason_converged .and. &
@@ -172,8 +171,9 @@ contains
       end do
    end function moves_joints
 
-   ! Notes an accumulation point of eigenvalues after a search that did not converge: if damping is proportional to stiffness the
-   ! slower roots of all stiff motions accumulate at -K/R, too many to be resolved, and nearer to the target than other modes.
+   !> Notes an accumulation point of eigenvalues after a search that did not converge, with modes or without: if damping is
+   !> proportional to stiffness the slower roots of all stiff motions accumulate at -K/R, too many to be resolved, and nearer to the
+   !> target than other modes.
    subroutine note_accumulation(problem, result)
       type(modal_problem_type), intent(in) :: problem
       type(modal_result_type), intent(inout) :: result

@@ -14,7 +14,7 @@ module kschur_report
    use kschur_mode_selection, only: nearest_first
    use kschur_modes, only: modes_type
    use kschur_normalisation, only: normalise_shapes
-   use kschur_notes, only: note_inaccurate, note_modes
+   use kschur_notes, only: note_accumulation, note_inaccurate, note_modes
    use kschur_options, only: modal_options_type, formulation_dense
    use kschur_problem, only: modal_problem_type
    use kschur_result, only: modal_result_type
@@ -53,7 +53,9 @@ contains
       call describe(s%problem, rigid, result)
       if (present(by_frequency)) call order_by_frequency(result)
       call note_inaccurate(s%problem, size(modes%unlisted), result)
-      call note_modes(s%problem, merge(huge(1), s%known%deflation%count_undamped(), s%options%is_plain()), result, error)
+      if (size(result%eigenvalues) > 0) call note_modes(s%problem, merge(huge(1), s%known%deflation%count_undamped(), &
+         s%options%is_plain()), result, error)
+      call note_accumulation(s%problem, result)
       if (.not. allocated(error)) call normalise_shapes(s%problem, result)
       call s%end_step(phase_judge)
       result%effort_type = s%effort
