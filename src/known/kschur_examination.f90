@@ -109,7 +109,8 @@ contains
 
       ! Computes the root space of zero if rigid motions are not deflated, and that of infinity unless M is definite: infinity is
       ! the eigenvalue zero of the reversed polynomial lambda^2 K + lambda R + M. Skips zero with more than `most_null_vectors`
-      ! motions, and infinity with more unknowns without mass than modes and than `most_massless`.
+      ! motions, and infinity with more unknowns without mass than modes and than `most_massless`, or if by rounding its chains have
+      ! no end.
       subroutine find_root_spaces()
          type(null_space_type) :: massless
          logical :: lossy
@@ -144,7 +145,8 @@ contains
             call effort%add_solves(massless%solver)
             if (.not. allocated(error)) return
             if (error%code /= error_singular .or. examination%chains_skipped > 0) return
-            ! The chains of zero have ended: the problem is regular, and those of infinity have no end by rounding.
+            ! The chains of zero have ended, if there are any: the problem is regular, and those of infinity have no end by
+            ! rounding.
             deallocate (error)
             deflation%infinite = root_space_type()
          end associate

@@ -76,7 +76,7 @@ contains
    end subroutine find_left_pairs
 
    !> Sets the left vectors, multipliers and condition numbers of modes, NaN for a mode without a left vector, and error bounds
-   !> where there are none yet, or none below the eigenvalue.
+   !> where there are none yet, or none that leaves a usable number.
    subroutine set_left_modes(problem, left, modes)
       type(modal_problem_type), intent(in) :: problem
       !> Eigenpairs of the transposed problem, one for each mode; normalized on return.
@@ -247,10 +247,10 @@ contains
          call entrywise_bound(problem, transposed, lambda, left%phi(:, j), left%xi(:, j), modes%phi(:, j), modes%xi(:, j), &
             bound, change)
          if (bound >= 0) then
-            ! What refinement led elsewhere stays unknown, unless the bound shows it.
-            if (bound < abs(lambda) .or. modes%uncertainty(j) < huge(1.0_wp)) modes%uncertainty(j) = change
             if (is_nearly_defective(modes%lambda, modes%phi, j, rounding_of_sums/epsilon(1.0_wp)*bound)) &
                bound = ieee_value(1.0_wp, ieee_quiet_nan)
+            ! What refinement led elsewhere stays unknown, unless the bound shows it.
+            if (bound < abs(lambda) .or. modes%uncertainty(j) < huge(1.0_wp)) modes%uncertainty(j) = change
          end if
          if (modes%condition(j) <= huge(1.0_wp)) then
             normwise = modes%condition(j)*max(modes%backward_error(j), epsilon(1.0_wp))*abs(lambda)

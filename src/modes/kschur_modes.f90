@@ -21,7 +21,8 @@ module kschur_modes
       real(wp), allocatable :: backward_error(:)
       !> Absolute bounds of the errors (1/s); NaN where not known.
       real(wp), allocatable :: error_bound(:)
-      !> Estimates of the errors of the eigenvalues (1/s): these bounds, or where not known the lower limit of any bound.
+      !> Estimates of the errors of the eigenvalues (1/s): these bounds, or where not known the lower limit of any bound, or what
+      !> the residual asks for; huge where refinement led elsewhere.
       real(wp), allocatable :: uncertainty(:)
       !> Left vectors, their multipliers and the condition numbers; not allocated unless asked for.
       complex(wp), allocatable :: left_phi(:, :), left_xi(:, :)

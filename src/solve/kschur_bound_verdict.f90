@@ -16,7 +16,7 @@ module kschur_bound_verdict
 contains
 
    !> Leaves out modes whose residual lets the eigenvalue be off by as much as its size, or that are not accurate enough and have no
-   !> smaller bound where bounds are computed, as no digit is known then, and makes the result inaccurate. (`tell_hidden` judges
+   !> smaller bound where others have bounds, as no digit is known then, and makes the result inaccurate. (`tell_hidden` judges
    !> large symmetric problems, whose bounds are by norms.) Where only rounding of the entries of the matrices does, the matrices as
    !> they are have this eigenvalue: that is noted. Neither list is certified, nor one of a dense solve in which the disc of an
    !> eigenvalue reaches as far from the target as one that is not listed: which is nearer is not known.
@@ -30,7 +30,7 @@ contains
       judged = abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda)
       blurred = judged .and. modes%error_bound >= abs(modes%lambda)
       unknown = judged .and. .not. modes%error_bound < abs(modes%lambda) .and. (modes%uncertainty >= abs(modes%lambda) .or. &
-         ((s%dense .or. is_small(s)) .and. modes%backward_error > s%options%good_enough()))
+         (any(judged .and. modes%error_bound >= 0) .and. modes%backward_error > s%options%good_enough()))
       if (any(unknown)) then
          call modes%leave_out(unknown)
          if (modes%missing == 0) modes%missing = -1

@@ -34,8 +34,8 @@ module kschur_finishing
       !> Backward errors, or if larger and units are uneven, residuals relative to their own terms.
       real(wp), allocatable :: errors(:)
       !> Whether `errors` is worth reducing; whether the error bound is so large that it may be no eigenvalue; whether polishing did
-      !> not find it again.
-      logical, allocatable :: poor(:), doubtful(:), not_found(:)
+      !> not find it again; whether it found others in its place.
+      logical, allocatable :: poor(:), doubtful(:), not_found(:), led_elsewhere(:)
    end type judgement_type
 
 contains
@@ -43,20 +43,20 @@ contains
    !> Polishes each cluster in which a mode is inaccurate, in doubt, or linearly dependent on the others. Its members are replaced
    !> by the eigenpairs that an iteration finds there with factors beside the cluster. A doubtful member that is not found again is
    !> dropped as no eigenvalue, unless the number of eigenvalues was certified.
-   subroutine finish_modes(s, modes, error, refined)
+   subroutine finish_modes(s, modes, error, keeps_eigenvalues)
       type(solve_context_type), intent(inout) :: s
       !> Of the iterated problem, in balanced units: in the units as given, a few large entries may hide errors.
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
-      !> Whether the modes have been refined: no Rayleigh functional makes their eigenvalues more accurate. Absent: they have not.
-      logical, intent(in), optional :: refined
+      !> Whether eigenvalues stay as they are polished, as where modes have been refined. Absent: they are corrected.
+      logical, intent(in), optional :: keeps_eigenvalues
       type(judgement_type) :: judgement
       type(cluster_type), allocatable :: clusters(:)
 
       call s%hold(whole_iterated, error)
       if (allocated(error)) return
       call find_suspects()
-      call polish_clusters(s, modes, clusters, judgement, .false., error, refined)
+      call polish_clusters(s, modes, clusters, judgement, .false., error, keeps_eigenvalues)
       if (.not. (allocated(error) .or. is_counted(s))) call modes%leave_out(judgement%not_found)
 
    contains
@@ -140,8 +140,9 @@ contains
          if (allocated(error)) return
       end do
       if (.not. allocated(judgement%not_found)) return
+      where (judgement%led_elsewhere) modes%uncertainty = huge(1.0_wp)
       if (s%dense .and. .not. s%problem%symmetric) then
-         where (judgement%not_found) modes%uncertainty = abs(modes%lambda)
+         where (judgement%not_found) modes%uncertainty = max(modes%uncertainty, abs(modes%lambda))
       else
          call modes%leave_out(judgement%not_found)
       end if
@@ -169,17 +170,17 @@ contains
    end function is_small
 
    ! Polishes clusters, and replaces their members by the pairs found, the last modes of the list then.
-   subroutine polish_clusters(s, modes, clusters, judgement, refines, error, refined)
+   subroutine polish_clusters(s, modes, clusters, judgement, refines, error, keeps_eigenvalues)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(cluster_type), intent(in) :: clusters(:)
-      !> On return `doubtful` and `not_found` are those of the new list.
+      !> On return what it says of modes is that of the new list.
       type(judgement_type), intent(inout) :: judgement
       !> Whether they are refined.
       logical, intent(in) :: refines
       type(error_type), allocatable, intent(out) :: error
       !> Whether eigenvalues stay as they are polished. Absent: if they are refined.
-      logical, intent(in), optional :: refined
+      logical, intent(in), optional :: keeps_eigenvalues
       type(polisher_type) :: polisher
       type(eigenpairs_type) :: found
       type(modes_type) :: new_modes
@@ -189,9 +190,10 @@ contains
       integer :: i
 
       keeps = refines
-      if (present(refined)) keeps = refined
+      if (present(keeps_eigenvalues)) keeps = keeps_eigenvalues
       allocate (replaced(size(modes%lambda)), source=.false.)
       if (.not. allocated(judgement%not_found)) judgement%not_found = replaced
+      if (.not. allocated(judgement%led_elsewhere)) judgement%led_elsewhere = replaced
       if (size(clusters) == 0) return
       call polisher%begin(constraint_factors(s%work, s%options%constraint_scaling, s%shift), s%options%good_enough(), &
          s%inner%complex)
@@ -213,6 +215,7 @@ contains
       call modes%drop(replaced)
       judgement%not_found = pack(judgement%not_found, .not. replaced)
       judgement%doubtful = pack(judgement%doubtful, .not. replaced)
+      judgement%led_elsewhere = pack(judgement%led_elsewhere, .not. replaced)
       ! The polished pairs of a wide cluster may include neighbours that stay in the list.
       call drop_dependent(found, modes, s%is_lossy())
       if (size(found%lambda) == 0) return
@@ -221,6 +224,7 @@ contains
       call modes%append(new_modes)
       judgement%not_found = [judgement%not_found, spread(.false., 1, size(new_modes%lambda))]
       judgement%doubtful = [judgement%doubtful, spread(.false., 1, size(new_modes%lambda))]
+      judgement%led_elsewhere = [judgement%led_elsewhere, spread(.false., 1, size(new_modes%lambda))]
 
    contains
 
@@ -301,7 +305,7 @@ contains
             if (.not. refines) return
             ! Where none is missing, those nearby are the same.
             if (polished%eigenvalues >= number_before) found_again = found_again .or. near
-            where (credible .and. independent .and. .not. found_again) modes%uncertainty(cluster%members) = huge(1.0_wp)
+            where (credible .and. independent .and. .not. found_again) judgement%led_elsewhere(cluster%members) = .true.
          end if
       end subroutine polish_cluster
 
@@ -340,18 +344,26 @@ contains
       type(eigenpairs_type), intent(inout) :: pairs
       class(eigenpairs_type), intent(in) :: known
       logical, intent(in) :: lossy
-      type(eigenpairs_type) :: all_known, conjugates
+      type(eigenpairs_type) :: next_to_axis, conjugates
+      real(wp) :: parts(size(pairs%lambda))
       integer :: j
 
-      all_known = chosen_pairs(known, spread(.true., 1, size(known%lambda)))
+      if (size(pairs%lambda) == 0) return
+      next_to_axis = chosen_pairs(known, abs(aimag(known%lambda)) <= same_value*abs(known%lambda))
       if (.not. (lossy .or. known%is_real())) then
-         conjugates = chosen_pairs(known, abs(aimag(known%lambda)) > 0 .and. &
-            abs(aimag(known%lambda)) <= same_value*abs(known%lambda))
+         conjugates = chosen_pairs(next_to_axis, abs(aimag(next_to_axis%lambda)) > 0)
          conjugates%lambda = conjg(conjugates%lambda)
          conjugates%phi = conjg(conjugates%phi)
-         call append_pairs(all_known, conjugates)
+         call append_pairs(next_to_axis, conjugates)
       end if
-      call keep_pairs(pairs, [(independent_part(all_known, pairs, j, same_value) > dependent_state, j=1, size(pairs%lambda))])
+      do j = 1, size(parts)
+         if (abs(aimag(pairs%lambda(j))) <= same_value*abs(pairs%lambda(j))) then
+            parts(j) = independent_part(next_to_axis, pairs, j, same_value)
+         else
+            parts(j) = independent_part(known, pairs, j, same_value)
+         end if
+      end do
+      call keep_pairs(pairs, parts > dependent_state)
    end subroutine drop_dependent
 
    !> Whether no mode needs polishing for its backward error: it is small enough, beyond repair, or that of a rigid motion.
