@@ -16,8 +16,8 @@ module kschur_polish
    use kschur_saddle, only: saddle_blocks, saddle_structure, shifted_saddle
    use kschur_sparse, only: csr_matrix_type, transpose_csr
    use kschur_split, only: cluster_type
-   use kschur_tolerances, only: above_all_rounding, accepted_backward_error, cancelled, largest_offset, rounding_of_sums, &
-      slow_refinement
+   use kschur_tolerances, only: above_all_rounding, accepted_backward_error, cancelled, largest_offset, least_offset, &
+      rounding_of_sums, slow_refinement
    implicit none
    private
    public :: polished_type, polisher_type
@@ -97,10 +97,9 @@ contains
       !> Where the problem was factored (1/s).
       complex(wp), intent(out) :: shift
       type(error_type), allocatable, intent(out) :: error
-      ! Distance of the shift from the centre, relative to it: near, but the matrix is not singular. Factors of the spread, and of
-      ! the disc, within which the matrix is singular to rounding; and the largest part of the gap, by which a step reduces what
-      ! lies beyond it.
-      real(wp), parameter :: offset = 1.0e-6_wp, spread_factor = 1.5_wp, disc_factor = 10, gap_fraction = 1/30.0_wp
+      ! Factors of the spread, and of the disc, within which the matrix is singular to rounding; and the largest part of the gap, by
+      ! which a step reduces what lies beyond it.
+      real(wp), parameter :: spread_factor = 1.5_wp, disc_factor = 10, gap_fraction = 1/30.0_wp
       real(wp) :: distance, unit
 
       if (.not. allocated(self%blocks)) then
@@ -110,7 +109,7 @@ contains
          if (allocated(error)) return
       end if
       unit = merge(abs(cluster%centre), self%reference, abs(cluster%centre) > 0)
-      distance = max(offset*unit, spread_factor*cluster%spread)
+      distance = max(least_offset*unit, spread_factor*cluster%spread)
       if (size(cluster%members) > 1 .or. .not. abs(cluster%centre) > 0) &
          distance = max(distance, min(largest_offset*unit, gap_fraction*cluster%gap))
       distance = max(distance, min(disc_factor*cluster%disc, gap_fraction*cluster%gap))

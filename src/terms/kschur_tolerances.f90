@@ -40,6 +40,9 @@ module kschur_tolerances
    real(wp), parameter, public :: narrowest_interval = 1.0e-3_wp
    !> Frequencies below this fraction of the highest are not looked for as the end of a list: `seems_zero`, squared for theta.
    real(wp), parameter, public :: seems_rigid = seems_zero**2
+   !> Least distance of factors from an eigenvalue that they polish, relative to it: a step reduces what lies at a relative gap g by
+   !> least_offset/g, and the growth 1/least_offset of rounding leaves ten digits of a solution, which its refinement restores.
+   real(wp), parameter, public :: least_offset = 1.0e-6_wp
    !> Largest distance of factors from a cluster that they polish, relative to its eigenvalue. A step reduces what lies at a gap g
    !> by distance/g, so that it also is a thirtieth of the gap at most. Chosen.
    real(wp), parameter, public :: largest_offset = 1.0e-3_wp
