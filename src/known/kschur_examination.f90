@@ -53,6 +53,8 @@ module kschur_examination
       !> The null space of K and its factors, whose solves `effort` does not have yet; not allocated if rigid motions were not
       !> searched for, or H reduced them.
       type(null_space_type), allocatable :: stiffness
+      !> Lower bound of the eigenvalues of M, scaled to unit diagonal; zero: none was proved.
+      real(wp) :: mass_bound = 0
       !> Number of unknowns without mass.
       integer :: massless = 0
       !> Number of finite eigenvalues.
@@ -135,8 +137,9 @@ contains
             end if
             ! With losses the chains of infinity are complex.
             if (lossy .or. count(.not. problem%mass%row_maxima() > 0) > max(most_massless, modes)) return
-            deflation%infinite_is_known = problem%symmetric .or. problem%mass%is_symmetric()
-            if (deflation%infinite_is_known) deflation%infinite_is_known = is_definite(problem%mass, least_of_mass)
+            deflation%infinite_is_known = examination%mass_bound > 0
+            if (.not. deflation%infinite_is_known .and. (problem%symmetric .or. problem%mass%is_symmetric())) &
+               deflation%infinite_is_known = is_definite(problem%mass, least_of_mass)
             if (deflation%infinite_is_known) return
             call find_null_space(massless, problem, problem%mass, .false., inner, for_mass, effort, error)
             if (allocated(error)) return

@@ -2,11 +2,12 @@
 module kschur_mass
    use kschur_effort, only: effort_type, for_mass
    use kschur_error, only: error_singular, error_type
+   use kschur_kinds, only: wp
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_mass_bound, only: bound_smallest_eigenvalue
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_sparse, only: csr_matrix_type
-   use kschur_tolerances, only: least_of_mass
+   use kschur_tolerances, only: least_of_mass, usual_least_of_mass
    implicit none
    private
    public :: examine_mass
@@ -17,7 +18,7 @@ contains
    !> eigenvalues. First by the bound of its smallest eigenvalue, which proves masses of finite elements definite with some dozens
    !> of products; otherwise by the inertia of a factorization; without a solver that counts pivots, by the smallest Ritz value,
    !> which rejects semidefinite matrices with eigenvalues near zero, too.
-   subroutine examine_mass(mass, inner, semidefinite, nullity, poor, error, effort)
+   subroutine examine_mass(mass, inner, semidefinite, nullity, smallest, poor, error, effort)
       !> Symmetric.
       type(csr_matrix_type), intent(in) :: mass
       type(inner_solvers_type), intent(in) :: inner
@@ -25,6 +26,8 @@ contains
       logical, intent(out) :: semidefinite
       !> Number of zero eigenvalues; those of empty rows alone where no factorization counts them.
       integer, intent(out) :: nullity
+      !> Lower bound of the eigenvalues on the unknowns that have mass, scaled to unit diagonal; zero: none was proved.
+      real(wp), intent(out) :: smallest
       !> Whether a Ritz value shows that M is worse conditioned than masses of finite elements.
       logical, intent(out) :: poor
       type(error_type), allocatable, intent(out) :: error
@@ -33,11 +36,13 @@ contains
       type(matrix_structure_type) :: structure
       logical :: seems_definite
 
+      smallest = 0
       poor = .false.
       nullity = count(.not. mass%row_maxima() > 0)
       semidefinite = mass%is_zero()
       if (semidefinite) return
-      call bound_smallest_eigenvalue(mass, least_of_mass, semidefinite, seems_definite, poor)
+      call bound_smallest_eigenvalue(mass, usual_least_of_mass, smallest, seems_definite, poor)
+      semidefinite = smallest >= least_of_mass
       if (semidefinite) return
       ! Where no factors count pivots.
       semidefinite = seems_definite

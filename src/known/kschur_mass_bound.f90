@@ -4,7 +4,7 @@ module kschur_mass_bound
    use kschur_magnitudes, only: terms_of
    use kschur_random, only: random_vector
    use kschur_sparse, only: csr_matrix_type
-   use kschur_tolerances, only: cancelled, improbable, least_of_mass
+   use kschur_tolerances, only: cancelled, improbable, least_of_mass, usual_least_of_mass
    implicit none
    private
    public :: bound_smallest_eigenvalue, is_definite
@@ -15,11 +15,15 @@ contains
    !> known.
    logical function is_definite(matrix, least)
       type(csr_matrix_type), intent(in) :: matrix
+      !> As for `bound_smallest_eigenvalue`.
       real(wp), intent(in) :: least
+      real(wp) :: smallest
       logical :: seems_definite, poor
 
-      is_definite = .false.
-      if (all(matrix%row_maxima() > 0)) call bound_smallest_eigenvalue(matrix, least, is_definite, seems_definite, poor)
+      is_definite = all(matrix%row_maxima() > 0)
+      if (.not. is_definite) return
+      call bound_smallest_eigenvalue(matrix, least, smallest, seems_definite, poor)
+      is_definite = smallest >= least
    end function is_definite
 
    !> Bounds the smallest eigenvalue of M on the unknowns that have mass, scaled to unit diagonal, by its diagonal dominance
@@ -27,11 +31,12 @@ contains
    !> spread of the spectrum with a probability of at most 1.648 sqrt(n) exp(-(2 k - 1) sqrt(epsilon)) (Kuczynski, Wozniakowski,
    !> SIAM J. Matrix Anal. Appl. 13 (1992), theorem 4.1). Masses of finite elements have it far from zero (Wathen, IMA J. Numer.
    !> Anal. 7 (1987)), so that few steps suffice.
-   subroutine bound_smallest_eigenvalue(mass, least, proved, seems_definite, poor)
+   subroutine bound_smallest_eigenvalue(mass, enough, smallest, seems_definite, poor)
       type(csr_matrix_type), intent(in) :: mass
-      real(wp), intent(in) :: least
-      !> Whether it is above `least`, up to a probability of `improbable`.
-      logical, intent(out) :: proved
+      !> The bound that ends the iteration: `least_of_mass` or `usual_least_of_mass`.
+      real(wp), intent(in) :: enough
+      !> A lower bound, up to a probability of `improbable`; zero: none was proved.
+      real(wp), intent(out) :: smallest
       !> Whether no Ritz value is below `least_of_mass`.
       logical, intent(out) :: seems_definite
       !> Whether a Ritz value is too small for `most_steps` to prove that. False where the iteration ends early, as on a small
@@ -39,13 +44,14 @@ contains
       logical, intent(out) :: poor
       ! The first is about the cost of a factorization; the second is when to estimate whether that many steps will do.
       integer, parameter :: most_steps = 200, few_steps = 60
+      real(wp), parameter :: bounds(2) = [least_of_mass, usual_least_of_mass]
       type(csr_matrix_type) :: scaled
       real(wp), allocatable :: scaling(:), previous(:, :), x(:, :), y(:, :)
-      real(wp) :: alpha(most_steps), beta(0:most_steps), spread_bound, needed, provable
+      real(wp) :: alpha(most_steps), beta(0:most_steps), spread_bound, needed, finally
       integer(long) :: state
-      integer :: k
+      integer :: k, i
 
-      proved = .false.
+      smallest = 0
       poor = .true.
       allocate (scaling, source=mass%diagonal())
       seems_definite = all(scaling > 0 .or. (abs(scaling) <= 0 .and. .not. mass%row_maxima() > 0))
@@ -54,11 +60,11 @@ contains
       allocate (previous(mass%rows, 1), x(mass%rows, 1), y(mass%rows, 1), source=0.0_wp)
       ! Gershgorin's bound of the largest eigenvalue, and with the unit diagonal of the smallest one.
       spread_bound = maxval(scaling*sum(terms_of(mass, spread(scaling, 2, 1)), 2))
-      proved = 2 - spread_bound > least
-      poor = .not. proved
-      if (proved) return
+      smallest = max(2 - spread_bound, 0.0_wp)
+      poor = .not. smallest > least_of_mass
+      if (smallest > enough) return
       needed = log(1.648_wp*sqrt(real(count(scaling > 0), wp))/improbable)
-      provable = least + spread_bound*(needed/(2*most_steps - 1))**2
+      finally = margin(most_steps)
       state = 1
       call random_vector(state, x(:, 1))
       where (.not. scaling > 0) x(:, 1) = 0
@@ -69,12 +75,14 @@ contains
       do k = 1, min(most_steps, mass%rows)
          y = scaled%product(x) - beta(k - 1)*previous
          alpha(k) = dot_product(x(:, 1), y(:, 1))
-         proved = ritz_values_exceed(least + spread_bound*min(1.0_wp, (needed/(2*k - 1))**2), k)
+         do i = 1, size(bounds)
+            if (ritz_values_exceed(bounds(i) + margin(k), k)) smallest = max(bounds(i), smallest)
+         end do
          seems_definite = ritz_values_exceed(least_of_mass, k)
-         poor = .not. (seems_definite .and. ritz_values_exceed(provable, k))
-         if (proved .or. .not. seems_definite) return
-         ! Gives up if `most_steps` cannot prove it either, given the present Ritz values.
-         if (k >= few_steps .and. poor) return
+         poor = .not. (seems_definite .and. ritz_values_exceed(least_of_mass + finally, k))
+         if (smallest >= enough .or. .not. seems_definite) return
+         ! Gives up if `most_steps` cannot prove the next bound either, given the present Ritz values.
+         if (k >= few_steps .and. .not. ritz_values_exceed(minval(bounds, bounds > smallest) + finally, k)) return
          y = y - alpha(k)*x
          beta(k) = norm2(y)
          if (beta(k) <= cancelled) return
@@ -83,6 +91,13 @@ contains
       end do
 
    contains
+
+      ! By how much the smallest Ritz value of so many steps may exceed the smallest eigenvalue.
+      pure real(wp) function margin(steps)
+         integer, intent(in) :: steps
+
+         margin = spread_bound*min(1.0_wp, (needed/(2*steps - 1))**2)
+      end function margin
 
       ! Whether all Ritz values exceed a bound: the pivots of T - bound I are positive (Sturm sequence).
       pure logical function ritz_values_exceed(bound, steps)

@@ -101,7 +101,7 @@ contains
       if (.not. allocated(counting_solver)) return
       allocate (transform%census)
       call new_inertia_census(transform%census, undamped, transform%undamped%map, real(transform%undamped%shift, wp), &
-         transform%undamped%operator%solver, counting_solver, size(deflation%decay))
+         transform%undamped%operator%solver, counting_solver, size(deflation%decay), placement%mass_bound)
    end subroutine new_low_rank_transform
 
    subroutine iterate(self, selection, options, ritz, error, monitor)

@@ -19,6 +19,8 @@ module kschur_placement
       real(wp), allocatable :: factors(:)
       !> Upper bound of the dimension of the null space of the constraints.
       integer :: motions = huge(1)
+      !> Lower bound of the eigenvalues of M, scaled to unit diagonal; zero: none was proved.
+      real(wp) :: mass_bound = 0
       !> Whether the solver has factored the matrix already, so that symmetric forms do not make it.
       logical :: factored = .false.
       !> Whether vectors of a pencil include multipliers, and are not purified.

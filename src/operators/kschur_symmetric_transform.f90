@@ -119,7 +119,7 @@ contains
       if (.not. allocated(counting_solver)) return
       allocate (transform%census)
       call new_inertia_census(transform%census, problem, transform%map, real(transform%shift, wp), &
-         transform%operator%solver, counting_solver, size(deflation%decay), placement%matrices)
+         transform%operator%solver, counting_solver, size(deflation%decay), placement%mass_bound, placement%matrices)
    end subroutine new_symmetric_transform
 
    subroutine take_count(self, target, from, to, below, above)

@@ -52,6 +52,8 @@ module kschur_certificate
       type(spectral_map_type), private :: map
       real(wp), private :: shift = 0
       integer, private :: zeros = 0
+      ! Lower bound of the eigenvalues of M scaled to unit diagonal, or zero; and the least entry of its diagonal.
+      real(wp), private :: mass_bound = 0, least_inertia = 0
       ! Negative eigenvalues at the shift; -1 if unknown.
       integer, private :: negative_at_shift = -1
       ! Interval of theta that was counted last, and its number of eigenvalues.
@@ -88,7 +90,7 @@ contains
    end function indistinct
 
    !> Creates a census of Ritz values 1/(theta - shift).
-   subroutine new_inertia_census(census, problem, map, shift, factored, solver, zeros, matrices)
+   subroutine new_inertia_census(census, problem, map, shift, factored, solver, zeros, mass_bound, matrices)
       type(inertia_census_type), intent(out) :: census
       type(modal_problem_type), target, intent(in) :: problem
       type(spectral_map_type), intent(in) :: map
@@ -99,10 +101,14 @@ contains
       class(real_linear_solver_type), allocatable, intent(inout) :: solver
       !> Number of deflated zero eigenvalues.
       integer, intent(in) :: zeros
+      !> Lower bound of the eigenvalues of M, scaled to unit diagonal; zero: none was proved.
+      real(wp), intent(in) :: mass_bound
       !> Distributed matrices, whose whole copies may have been freed; absent or not associated: none.
       type(row_problem_type), pointer, optional, intent(in) :: matrices
 
       census%zeros = zeros
+      census%mass_bound = mass_bound
+      census%least_inertia = minval(problem%mass%diagonal())
       if (present(matrices)) census%matrices => matrices
       census%problem => problem
       census%map = map
@@ -320,13 +326,12 @@ contains
       if (self%problem%multipliers() > 0 .and. max(abs(self%shift), abs(self%target)) > 0) return
       ! With one start vector no found eigenvalue is known to be simple.
       if (size(seen%first, 1) < 2) return
+      if (.not. seen%chance_of_missing(1/(theta - self%shift), same_value, usual_least_of_mass*self%least_inertia) <= improbable) &
+         return
+      is_complete_below = self%mass_bound >= usual_least_of_mass
+      if (self%mass_bound > 0) return
       if (associated(self%matrices)) call self%matrices%bring_back(mass_alone, error)
-      if (.not. allocated(error)) then
-         associate (mass => self%problem%mass)
-            if (seen%chance_of_missing(1/(theta - self%shift), same_value, usual_least_of_mass*minval(mass%diagonal())) &
-               <= improbable) is_complete_below = is_definite(mass, usual_least_of_mass)
-         end associate
-      end if
+      if (.not. allocated(error)) is_complete_below = is_definite(self%problem%mass, usual_least_of_mass)
    end function is_complete_below
 
    ! Lower bound of the number of eigenvalues below a theta above the shift: converged Ritz values are eigenvalues.

@@ -154,7 +154,8 @@ contains
       call s%inner%set_last_analysis(s%last_analysis)
       if (s%is_lossy()) call check_lossy(s, options, error)
       if (allocated(error)) return
-      call choose_formulation(problem, s%options%formulation, s%formulation, s%decision, error, s%inner, s%effort)
+      call choose_formulation(problem, s%options%formulation, s%formulation, s%decision, error, s%inner, s%effort, &
+         s%known%mass_bound)
       if (allocated(error)) return
       s%may_be_dense = .not. present(solvers)
       s%dense = options%formulation == formulation_dense

@@ -54,6 +54,7 @@ contains
       placement%lambda = s%shift
       placement%factored = present(factored)
       placement%raw = s%options%is_plain()
+      placement%mass_bound = s%known%mass_bound
       placement%motions = s%work%unknowns() - s%work%multipliers() + s%known%redundant - s%plan%redundant
       placement%factors = constraint_factors(s%work, s%options%constraint_scaling, s%shift)
       if (.not. placement%raw) &

@@ -54,7 +54,7 @@ contains
 
    !> Returns the formulation asked for, or for `formulation_auto` the smallest exact one, and for `formulation_dense` the one whose
    !> matrix is computed. Fails with the reason if it does not fit the problem.
-   subroutine choose_formulation(problem, asked, formulation, decision, error, inner, effort)
+   subroutine choose_formulation(problem, asked, formulation, decision, error, inner, effort, mass_bound)
       type(modal_problem_type), intent(in) :: problem
       !> One of `formulation_*`.
       integer, intent(in) :: asked
@@ -66,10 +66,14 @@ contains
       type(inner_solvers_type), intent(in), optional :: inner
       !> To which the effort of that is added.
       class(effort_type), intent(inout), optional :: effort
+      !> Lower bound of the eigenvalues of M, scaled to unit diagonal; zero: none was proved.
+      real(wp), intent(out), optional :: mass_bound
       type(inner_solvers_type) :: solvers
       character(len=:), allocatable :: obstacle
+      real(wp) :: bound
       logical :: ill_conditioned
 
+      if (present(mass_bound)) mass_bound = 0
       formulation = asked
       if (any(asked == [formulation_auto, formulation_dense])) formulation = smallest_formulation(problem)
       if (asked == formulation_dense .and. .not. is_structured(formulation)) formulation = formulation_quadratic
@@ -82,9 +86,10 @@ contains
       else
          call choose_inner_solvers(modal_options_type(), solvers, error)
       end if
-      call find_obstacle(problem, formulation, solvers, obstacle, ill_conditioned, error, effort)
+      call find_obstacle(problem, formulation, solvers, obstacle, bound, ill_conditioned, error, effort)
       if (allocated(error)) return
-      if (asked == formulation_auto) call try_low_rank(problem, formulation, solvers, decision, error, effort)
+      if (asked == formulation_auto) call try_low_rank(problem, formulation, solvers, bound, decision, error, effort)
+      if (present(mass_bound)) mass_bound = bound
       if (allocated(error) .or. allocated(decision)) return
       if (len(obstacle) > 0 .and. all(asked /= [formulation_auto, formulation_dense])) then
          call new_error(error, error_usage, "the formulation "//trim(formulation_names(formulation))// &
@@ -173,10 +178,12 @@ contains
    end subroutine check_few
 
    ! Sets the low-rank formulation and the decision, if it fits.
-   subroutine try_low_rank(problem, formulation, inner, decision, error, effort)
+   subroutine try_low_rank(problem, formulation, inner, bound, decision, error, effort)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(inout) :: formulation
       type(inner_solvers_type), intent(in) :: inner
+      !> As for `find_obstacle`, where the mass is examined.
+      real(wp), intent(inout) :: bound
       character(len=:), allocatable, intent(inout) :: decision
       type(error_type), allocatable, intent(out) :: error
       class(effort_type), intent(inout), optional :: effort
@@ -185,7 +192,7 @@ contains
 
       call check_few(problem, few, error)
       if (allocated(error) .or. .not. few) return
-      call find_obstacle(problem, formulation_low_rank, inner, obstacle, ill_conditioned, error, effort)
+      call find_obstacle(problem, formulation_low_rank, inner, obstacle, bound, ill_conditioned, error, effort)
       if (allocated(error) .or. len(obstacle) > 0) return
       formulation = formulation_low_rank
       decision = trim(description_of(problem))
@@ -218,11 +225,13 @@ contains
    end subroutine find_low_rank_obstacle
 
    ! Why a formulation for symmetric matrices does not fit a problem; empty if it fits, or for other formulations.
-   subroutine find_obstacle(problem, formulation, inner, obstacle, ill_conditioned, error, effort)
+   subroutine find_obstacle(problem, formulation, inner, obstacle, bound, ill_conditioned, error, effort)
       type(modal_problem_type), intent(in) :: problem
       integer, intent(in) :: formulation
       type(inner_solvers_type), intent(in) :: inner
       character(len=:), allocatable, intent(out) :: obstacle
+      !> Lower bound of the eigenvalues of M, scaled to unit diagonal; zero: none was proved.
+      real(wp), intent(out) :: bound
       !> Whether the mass was examined, and is conditioned worse than masses of finite elements are.
       logical, intent(out) :: ill_conditioned
       type(error_type), allocatable, intent(out) :: error
@@ -231,6 +240,7 @@ contains
       integer :: nullity
 
       obstacle = ""
+      bound = 0
       ill_conditioned = .false.
       if (all(formulation /= [formulation_symmetric, formulation_proportional, formulation_low_rank])) return
       if (formulation == formulation_low_rank) then
@@ -248,8 +258,9 @@ contains
          obstacle = "its damping is not proportional"
       end if
       if (len(obstacle) == 0) then
-         call examine_mass(problem%mass, inner, semidefinite, nullity, ill_conditioned, error, effort)
+         call examine_mass(problem%mass, inner, semidefinite, nullity, bound, ill_conditioned, error, effort)
          if (allocated(error)) return
+         if (nullity > 0) bound = 0
          if (.not. semidefinite) then
             ! As given: constraints may exclude all such motions.
             obstacle = "its mass matrix as given has eigenvalues that are negative or next to zero"

@@ -45,6 +45,8 @@ contains
          if (s%plan%unknowns_after == 0 .and. error%code == error_input) deallocate (error)
       end if
       if (allocated(error) .or. s%plan%unknowns_after == 0) return
+      ! That of the problem as given.
+      if (s%plan%eliminated > 0) s%known%mass_bound = 0
       if (.not. s%options%is_plain()) call balance(s%work, s%plan)
    end subroutine reduce
 
