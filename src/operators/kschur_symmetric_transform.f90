@@ -28,9 +28,9 @@ module kschur_symmetric_transform
    use kschur_sparse, only: csr_matrix_type
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    use kschur_symmetric_rows, only: end_sharing, share_operator
-   use kschur_tall_products_real, only: inner_products, subtract_combinations
+   use kschur_tall_products_real, only: form_combinations, inner_products, subtract_combinations
    use kschur_tolerances, only: above_all_rounding, deflated_growth, known_well, nearly_zero, root_epsilon, rounding_of_sums, &
-      singular_shift
+      same_value, singular_shift
    use kschur_transposed_solver, only: transposed_real_type
    use kschur_threads, only: panel_rows
    implicit none
@@ -360,11 +360,12 @@ contains
       end do
    end subroutine purify
 
-   ! Subtracts (K - s M)^{-1} (K - theta M) x from purified vectors that would else need refinement, a factorisation for each:
-   ! rounding errors of the solution C x are relative to x, those of a correction to itself. Then makes them orthogonal to the
-   ! other vectors: C has amplified their rounding errors along those nearer to the shift. Others stay as they are: the rounding
-   ! error of the residual would spoil low modes of ill-conditioned stiffness. What is judged later are these residuals, in norms
-   ! that may be a little smaller, therefore half of what is good enough then.
+   ! Corrects purified vectors that would else need refinement, a factorisation for each: rounding errors of the solution C x are
+   ! relative to x, those of a correction to itself. With their residuals r = (K - theta M) x subtracts the error along each other
+   ! vector x_i, x_i^T r/(theta_i - theta), of which C has amplified those nearer to the shift; and of the part of r that is
+   ! orthogonal to all vectors, (K - s M)^{-1} r. Others stay as they are: the rounding error of the residual would spoil low modes
+   ! of ill-conditioned stiffness. What is judged later are these residuals, in norms that may be a little smaller, therefore half
+   ! of what is good enough then.
    subroutine correct(self, theta, chosen, level_of_stiffness, level_of_mass, shapes, statistics, error)
       class(symmetric_transform_type), intent(inout) :: self
       real(wp), intent(in) :: theta(:), level_of_stiffness, level_of_mass
@@ -372,7 +373,7 @@ contains
       real(wp), contiguous, intent(inout) :: shapes(:, :)
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: y(:, :), force(:, :), xi(:, :), along(:, :)
+      real(wp), allocatable :: y(:, :), force(:, :), xi(:, :), along(:, :), motions(:, :)
       real(wp) :: rest(size(chosen))
       integer, allocatable :: poor(:)
       integer :: n, j, k
@@ -392,16 +393,22 @@ contains
          allocate (xi(size(self%multipliers, 1), k), source=0.0_wp)
          if (constraints%rows > 0) call constraints%add_product(1.0_wp, shapes(:, poor), xi)
       end associate
+      allocate (along(size(theta), k), motions(n, k))
+      call inner_products(shapes, y, along)
+      call form_combinations(shapes, along, motions)
+      call self%operator%apply_metric(motions, force(:, :k), error)
+      if (allocated(error)) return
+      y = y - force(:, :k)
       call self%operator%respond(y, xi, error)
       if (allocated(error)) return
       statistics%operator_applications = statistics%operator_applications + k
       y = shapes(:, poor) - y
-      call self%operator%apply_metric(y, force(:, :k), error)
-      if (allocated(error)) return
-      allocate (along(size(theta), k))
-      call inner_products(shapes, force(:, :k), along)
       do j = 1, k
-         along(poor(j:), j) = 0
+         where (abs(theta - theta(poor(j))) > same_value*abs(theta(poor(j))))
+            along(:, j) = along(:, j)/(theta - theta(poor(j)))
+         elsewhere
+            along(:, j) = 0
+         end where
       end do
       call subtract_combinations(shapes, along, y)
       shapes(:, poor) = y
