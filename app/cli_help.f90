@@ -154,8 +154,8 @@ contains
          "  --distribute ROWS      kschur-mpi: so many rows and more are factored by all its", &
          "                         processes (20000)", &
          "  --groups N             kschur-mpi: so many groups of processes share the parts of a", &
-         "                         band or of 500 modes and more near zero (each process is one;", &
-         "                         all together are if a matrix is distributed)"])
+         "                         band or of 500 modes and more near zero (each process is one,", &
+         "                         or as many as half of the machines' memory holds)"])
    end subroutine print_solve_help
 
    subroutine print_compare_help()

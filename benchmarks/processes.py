@@ -56,8 +56,7 @@ def measure(program, words, numbers, repeats):
     best = {}
     for _ in range(repeats):
         for number in numbers:
-            # Else matrices from 20,000 rows on are distributed, and all processes share each part.
-            new = run(program, number, [*words, "--groups", str(number)] if "--band" in words else words)
+            new = run(program, number, words)
             if number in best:
                 new["seconds"] = {phase: min(new["seconds"][phase], best[number]["seconds"][phase]) for phase in PHASES}
             best[number] = new

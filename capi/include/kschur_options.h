@@ -85,7 +85,8 @@ int kschur_options_set_communicator(kschur_options *options, int communicator);
 int kschur_options_set_distribute(kschur_options *options, int64_t rows);
 
 /* With a communicator: how many groups of processes share the parts of a band, or of a list of 500 modes and more, each with
- * factors of its own; 0 (default): each process is one where a matrix is too small to be distributed, else all together. */
+ * factors of its own; 0 (default): each process is one, or for distributed matrices as many as half of the machines' memory
+ * holds. */
 int kschur_options_set_groups(kschur_options *options, int64_t groups);
 
 /* A solve that is estimated to take more memory than this, in bytes, takes "iterative" for "auto" if that stays below,

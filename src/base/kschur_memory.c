@@ -1,4 +1,4 @@
-/* Checks by a trial mapping whether the system grants memory. The mapping is not touched: Linux assigns pages only at the
+/* What memory the system has, and by a trial mapping whether it grants some. The mapping is not touched: Linux assigns pages only at the
  * first access. */
 #define _DEFAULT_SOURCE
 #include <stddef.h>
@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #if defined(__unix__) || defined(__APPLE__)
 #include <sys/mman.h>
+#include <unistd.h>
 #endif
 
 /* Returns whether `bytes` bytes of address space can be mapped now. */
@@ -25,4 +26,15 @@ int kschur_can_have(double bytes)
    free(room);
 #endif
    return 1;
+}
+
+/* Returns the bytes of memory of this machine; 0 where the system does not tell. */
+double kschur_machine_memory(void)
+{
+#if defined(_SC_PHYS_PAGES) && defined(_SC_PAGESIZE)
+   long pages = sysconf(_SC_PHYS_PAGES), bytes = sysconf(_SC_PAGESIZE);
+
+   if (pages > 0 && bytes > 0) return (double)pages*(double)bytes;
+#endif
+   return 0;
 }

@@ -7,7 +7,7 @@ module kschur_memory
    use kschur_text, only: text
    implicit none
    private
-   public :: require_memory
+   public :: machine_memory, require_memory
 
    !> Bytes of an integer, a real number of either precision and a complex one; the unit of messages.
    real(wp), parameter, public :: integer_bytes = storage_size(1)/8, real_bytes = storage_size(1.0_wp)/8, &
@@ -20,9 +20,18 @@ module kschur_memory
          import :: c_double, c_int
          real(c_double), value :: bytes
       end function c_can_have
+
+      real(c_double) function c_machine_memory() bind(c, name="kschur_machine_memory")
+         import :: c_double
+      end function c_machine_memory
    end interface
 
 contains
+
+   !> Memory of this machine (bytes); zero: not known.
+   real(wp) function machine_memory()
+      machine_memory = real(c_machine_memory(), wp)
+   end function machine_memory
 
    !> Fails with `error_memory` if `bytes` bytes, and a margin, are not available; allocates nothing.
    subroutine require_memory(bytes, what, error)

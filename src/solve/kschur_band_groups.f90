@@ -18,8 +18,8 @@ module kschur_band_groups
    contains
       !> Splits the processes into groups, and distributes the problem to them.
       procedure, nopass :: begin
-      !> Whether there is more than one group.
-      procedure, nopass :: are_several
+      !> Number of groups.
+      procedure, nopass :: number_of_groups
       !> Counts eigenvalues.
       procedure, nopass :: count => count_here
       !> Distributes the list of parts.
@@ -46,10 +46,10 @@ contains
       end associate
    end subroutine begin
 
-   ! False: there is one group.
-   pure logical function are_several()
-      are_several = .false.
-   end function are_several
+   ! There is one group.
+   pure integer function number_of_groups()
+      number_of_groups = 1
+   end function number_of_groups
 
    ! Counts the eigenvalues omega^2 below each theta ((rad/s)^2) in this process.
    subroutine count_here(s, theta, below)

@@ -3,7 +3,6 @@
 module kschur_long_list
    use kschur_band_counted, only: can_be_counted, solve_counted
    use kschur_band_groups, only: band_groups_type
-   use kschur_band_parts, only: count_at
    use kschur_context, only: solve_context_type
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
@@ -46,7 +45,7 @@ contains
       real(wp) :: last
 
       last = 0
-      if (groups%are_several()) call find_band_end(s, last)
+      if (groups%number_of_groups() > 1) call find_band_end(s, groups, last)
       done = last > 0
       if (done) call solve_counted(s, [0.0_wp, last], modes, done, error, groups)
       if (allocated(error) .or. .not. done) return
@@ -54,13 +53,15 @@ contains
       call modes%take(order(:min(size(order), s%options%modes)))
    end subroutine find_long_list
 
-   ! Finds an omega (rad/s) below which there are as many modes as requested, and at most 5 % more, by bisection with counts; zero
-   ! if there is none.
-   subroutine find_band_end(s, last)
+   ! Finds an omega (rad/s) below which there are as many modes as requested, and at most 5 % more, by sections of an interval, each
+   ! counted by a group; zero if there is none.
+   subroutine find_band_end(s, groups, last)
       type(solve_context_type), intent(inout) :: s
+      type(band_groups_type), intent(inout) :: groups
       real(wp), intent(out) :: last
-      real(wp) :: low, high, middle, top
-      integer :: below, most_modes
+      real(wp) :: low, high, top, omega(groups%number_of_groups())
+      integer, allocatable :: below(:)
+      integer :: most_modes, i
 
       last = 0
       if (s%plan%unknowns_after == 0) return
@@ -69,14 +70,19 @@ contains
       top = highest_estimate(s)
       high = top
       do while (high - low > narrowest_interval*high .and. high > seems_rigid*top)
-         middle = merge((low + high)/2, high/2, low > 0)
-         call count_at(s, middle**2, below)
-         if (below < s%options%modes) then
-            low = middle
-         else
-            high = middle
-            if (below <= most_modes) exit
-         end if
+         do i = 1, size(omega)
+            omega(i) = low + i*(high - low)/(size(omega) + 1)
+            ! From zero by halves, as the end may lie far below the highest.
+            if (.not. low > 0) omega(i) = scale(high, i - 1 - size(omega))
+         end do
+         call groups%count(s, omega**2, below)
+         do i = 1, size(omega)
+            if (below(i) >= s%options%modes) exit
+            low = omega(i)
+         end do
+         if (i > size(omega)) cycle
+         high = omega(i)
+         if (below(i) <= most_modes) exit
       end do
       if (.not. (high - low > narrowest_interval*high .and. high > seems_rigid*top)) return
       ! If damping exceeds half of critical, overdamped modes above the band may be nearer to zero.

@@ -128,7 +128,7 @@ contains
       if (.not. allocated(error)) then
          ! The caller's solvers exist in this process only, so that other groups could not factor with them.
          if (is_long_list(s) .and. .not. present(solvers)) call groups%begin(problem, s%options, processes, error)
-         if (groups%are_several()) then
+         if (groups%number_of_groups() > 1) then
             s%may_be_dense = .false.
          else if (present(shared)) then
             s%shared => shared

@@ -139,7 +139,7 @@ module kschur_options
       !> Smallest number of rows of matrices that all processes factor jointly.
       integer :: distribute = 20000
       !> Number of groups of processes that share the parts of a band, or of 500 or more modes near zero, each with its own
-      !> factors; 0: the number of processes for matrices too small to be distributed, else one.
+      !> factors; 0: as many as there are processes, or for distributed matrices as half of the memory of the machines holds.
       integer :: groups = 0
       !> File for checkpoints of the iteration; not allocated: none.
       character(len=:), allocatable :: checkpoint

@@ -4,11 +4,12 @@ module kschur_band_groups
    use kschur_band_damping, only: left_damping_type
    use kschur_band_messages, only: add_counts, receive_part, send_part, share_parts, share_problem, share_thetas
    use kschur_band_part, only: part_modes_type, solve_part
-   use kschur_band_parts, only: count_at, part_type
+   use kschur_band_parts, only: count_at, largest_part, part_type
    use kschur_context, only: begin_solve => begin, solve_context_type
    use kschur_effort, only: for_count
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
+   use kschur_memory_estimate, only: estimate_memory, memory_estimate_type
    use kschur_options, only: modal_options_type
    use kschur_part_queue, only: part_queue_type
    use kschur_preparation, only: examine, reduce
@@ -40,8 +41,8 @@ module kschur_band_groups
    contains
       !> Splits the processes into groups, and distributes the problem to them.
       procedure :: begin
-      !> Whether there is more than one group.
-      procedure :: are_several
+      !> Number of groups.
+      procedure :: number_of_groups
       !> Counts eigenvalues, each group some of them.
       procedure :: count => count_together
       !> Distributes the list of parts; no count follows.
@@ -68,8 +69,7 @@ contains
       type(modal_options_type) :: settings
 
       self%number = min(options%groups, processes%number)
-      if (options%groups == 0 .and. problem%unknowns() < processes%distribute()) self%number = processes%number
-      self%number = max(1, self%number)
+      if (options%groups == 0) self%number = fitting_number(problem, options, processes)
       if (self%number == 1) return
       self%all = processes
       call self%all%send_request([request_parts, self%number])
@@ -86,11 +86,31 @@ contains
       call share_problem(shared, settings, self%leaders, error)
    end subroutine begin
 
-   pure logical function are_several(self)
+   ! As many groups as there are processes, or as half of the memory of their machines holds, as each holds the whole problem and
+   ! its factors: parts need no messages then.
+   integer function fitting_number(problem, options, processes) result(number)
+      type(modal_problem_type), intent(in) :: problem
+      type(modal_options_type), intent(in) :: options
+      type(processes_type), intent(in) :: processes
+      type(modal_options_type) :: of_part
+      type(memory_estimate_type) :: estimate
+      type(error_type), allocatable :: error
+
+      number = processes%number
+      if (number == 1 .or. problem%unknowns() < processes%distribute()) return
+      of_part = options
+      of_part%modes = largest_part
+      call estimate_memory(problem, of_part, estimate, error)
+      number = 1
+      if (allocated(error)) return
+      number = max(1, int(min(real(processes%number, wp), processes%memory()/(2*estimate%total()))))
+   end function fitting_number
+
+   pure integer function number_of_groups(self)
       class(band_groups_type), intent(in) :: self
 
-      are_several = self%number > 1
-   end function are_several
+      number_of_groups = self%number
+   end function number_of_groups
 
    ! Counts the eigenvalues omega^2 below each theta ((rad/s)^2). What another group cannot count is counted here.
    subroutine count_together(self, s, theta, below)

@@ -5,6 +5,7 @@ module kschur_processes
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_usage
    use kschur_kinds, only: wp, long
+   use kschur_memory, only: machine_memory
    use mpi_f08, only: operator(==), MPI_Allreduce, MPI_Bcast, &
       MPI_CHARACTER, MPI_Comm, MPI_Comm_dup, MPI_Comm_free, MPI_COMM_NULL, MPI_Comm_rank, &
       MPI_COMM_SELF, MPI_Comm_size, MPI_Comm_split, MPI_Comm_split_type, MPI_COMM_TYPE_SHARED, MPI_Ibcast, MPI_INFO_NULL, &
@@ -42,6 +43,8 @@ module kschur_processes
       procedure :: receive_request
       !> Splits them into groups of consecutive ranks.
       procedure :: split
+      !> Memory of the machines that they run on, if each machine is as this one (bytes).
+      procedure :: memory
       !> Number of unknowns from which on a matrix is distributed.
       procedure :: distribute
       !> Before joint work: every process gets the error of the first one that has an error.
@@ -188,6 +191,12 @@ contains
       group%on_this_machine = self%on_this_machine
       call MPI_Comm_split(self%communicator, merge(0, MPI_UNDEFINED, group%rank == 0), self%rank, leaders)
    end subroutine split
+
+   real(wp) function memory(self)
+      class(processes_type), intent(in) :: self
+
+      memory = machine_memory()*self%number/self%on_this_machine
+   end function memory
 
    pure integer function distribute(self)
       class(processes_type), intent(in) :: self
