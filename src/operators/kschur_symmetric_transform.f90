@@ -388,7 +388,7 @@ contains
             (level_of_stiffness + abs(theta(chosen(j)))*level_of_mass)*dnrm2(n, shapes(:, chosen(j)), 1), j=1, size(chosen))]))
          k = size(poor)
          if (k == 0) return
-         allocate (y, source=force(:, poor))
+         allocate (y(n, k), source=force(:, poor))
          poor = chosen(poor)
          allocate (xi(size(self%multipliers, 1), k), source=0.0_wp)
          if (constraints%rows > 0) call constraints%add_product(1.0_wp, shapes(:, poor), xi)

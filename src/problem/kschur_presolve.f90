@@ -279,7 +279,7 @@ contains
       complex(wp), allocatable :: combined(:, :)
 
       if (allocated(self%replaced)) then
-         allocate (combined, source=xi(self%replaced, :))
+         allocate (combined(size(self%replaced), size(xi, 2)), source=xi(self%replaced, :))
          xi(self%replaced, :) = 0
          call self%combinations%add_transposed_product((1.0_wp, 0.0_wp), combined, xi)
       end if

@@ -51,7 +51,7 @@ contains
       to(places_kept(after, turn_after)) = [(j, j=1, size(after))]
       turn_before = turn_before(:, places_kept(before, turn_before))
       turn_after = turn_after(:, places_kept(after, turn_after))
-      allocate (match, source=to(partner))
+      allocate (match(size(partner)), source=to(partner))
 
    contains
 
