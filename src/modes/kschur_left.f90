@@ -256,11 +256,23 @@ contains
             normwise = modes%condition(j)*max(modes%backward_error(j), epsilon(1.0_wp))*abs(lambda)
             if (.not. bound <= normwise) bound = normwise
          end if
-         ! A double eigenvalue that rounding has split lies in the middle, twice as far as the slope at one half says.
-         if (modes%condition(j) > split_by_rounding) bound = 2*bound
+         ! A defective eigenvalue that rounding has split lies in the middle of as many as its chain is long, so many times further
+         ! than the slope at one says.
+         if (bound >= 0) bound = length_of_chain(bound/(epsilon(1.0_wp)*abs(lambda)))*bound
          if (given >= 0 .and. .not. bound <= given) bound = given
       end associate
    end subroutine set_bound
+
+   ! Length k of the chain, if there is one, of an eigenvalue that rounding may change by this many epsilon, about
+   ! epsilon^(1/k - 1); longer ones than the longest leave no digits.
+   elemental real(wp) function length_of_chain(condition) result(length)
+      real(wp), intent(in) :: condition
+      real(wp), parameter :: longest = 10
+
+      length = 1
+      if (condition > split_by_rounding) &
+         length = ceiling(1/(1 + log(min(condition, epsilon(1.0_wp)**(1/longest - 1)))/log(epsilon(1.0_wp))))
+   end function length_of_chain
 
    !> The relative condition number of an eigenvalue, normwise for M, R and K and entrywise for the constraints; infinite above
    !> 1/epsilon.

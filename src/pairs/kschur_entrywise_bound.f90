@@ -14,9 +14,10 @@ module kschur_entrywise_bound
 
 contains
 
-   !> Bounds the error of lambda (1/s) to first order: the residual, weighed by the left vector entry by entry, and rounding of each
-   !> entry of the matrices. Units of rows and columns do not change it; norms of unevenly scaled matrices say little (Higham,
-   !> Higham, SIAM J. Matrix Anal. Appl. 20 (1998)). NaN where |chi^T P'(lambda) phi| is rounding.
+   !> Bounds the error of lambda (1/s) to first order: the residual, weighed by the left vector entry by entry, that of the left
+   !> vector, weighed by the shape, and rounding of each entry of the matrices. Units of rows and columns do not change it; norms of
+   !> unevenly scaled matrices say little (Higham, Higham, SIAM J. Matrix Anal. Appl. 20 (1998)). NaN where |chi^T P'(lambda) phi|
+   !> is rounding.
    subroutine entrywise_bound(problem, transposed, lambda, chi, eta, phi, xi, bound, change)
       type(modal_problem_type), intent(in) :: problem
       !> Cq^T.
@@ -54,10 +55,29 @@ contains
       change = abs(sum(chi*forces) + sum(eta*violations))/sensitivity
       bound = (sum(abs(chi)*abs(forces)) + sum(abs(eta)*abs(violations)) + epsilon(1.0_wp)*rounding)/sensitivity + &
          epsilon(1.0_wp)*abs(lambda)
-      if (.not. problem%symmetric) return
+      if (.not. problem%symmetric) then
+         bound = bound + effect_of_left_residual()/sensitivity
+         return
+      end if
       ! Next to critical damping the two roots of the form meet: the first order does not hold.
       slope = 0
       call problem%mass%add_product((1.0_wp, 0.0_wp), shape, slope)
       if (4*abs(sum(chi*slope(:, 1)))*bound > sensitivity) bound = ieee_value(1.0_wp, ieee_quiet_nan)
+
+   contains
+
+      ! The residual of the left vector, weighed by the shape: large where it is that of another eigenvalue, as in chains.
+      real(wp) function effect_of_left_residual() result(effect)
+         complex(wp), dimension(size(chi), 1) :: left, forces
+
+         left(:, 1) = chi
+         forces = 0
+         call problem%mass%add_transposed_product(lambda**2, left, forces)
+         call problem%damping%add_transposed_product(lambda, left, forces)
+         call problem%stiffness%add_transposed_product((1.0_wp, 0.0_wp), left, forces)
+         if (allocated(problem%loss)) call problem%loss%add_transposed_product((0.0_wp, 1.0_wp), left, forces)
+         call problem%constraints%add_transposed_product((1.0_wp, 0.0_wp), reshape(eta, [size(eta), 1]), forces)
+         effect = sum(abs(forces(:, 1))*abs(phi)) + sum(abs(violations_of(problem%constraints, chi))*abs(xi))
+      end function effect_of_left_residual
    end subroutine entrywise_bound
 end module kschur_entrywise_bound
