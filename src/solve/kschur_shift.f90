@@ -20,7 +20,7 @@ module kschur_shift
    use kschur_scaled_solver, only: scaled_real_type
    use kschur_scaling, only: constraint_factors, first_scale, typical_rate
    use kschur_text, only: magnitude
-   use kschur_tolerances, only: above_the_typical, nearly_zero, too_far
+   use kschur_tolerances, only: above_the_typical, nearly_zero, root_epsilon, too_far
    implicit none
    private
    public :: factor_beside, move_to_modes, place_shift, scale_of
@@ -188,7 +188,8 @@ contains
    end subroutine factor_beside
 
    !> Moves the shift to the scale of the eigenvalues found, if most of them are so far below target and shift that they look alike
-   !> from there; factors at the former shift again if each shift at that scale is singular.
+   !> from there, or between the smallest and the largest that is not infinite, if the smallest has lost half of its digits to the
+   !> shift; factors at the former shift again if each shift at that scale is singular.
    subroutine move_to_modes(s, lambda, has_moved, error)
       type(solve_context_type), target, intent(inout) :: s
       complex(wp), intent(in) :: lambda(:)
@@ -196,25 +197,34 @@ contains
       type(error_type), allocatable, intent(out) :: error
       ! Eigenvalues below this fraction of the shift look alike from there; the new shift is this multiple of the largest of them.
       real(wp), parameter :: much_smaller = 1.0e-2_wp, above_them = 2
-      complex(wp) :: former_shift
-      real(wp) :: limit
+      complex(wp) :: former_shift, moved
+      real(wp) :: sizes(size(lambda)), limit
+      logical :: are_alike, is_wide
 
-      limit = much_smaller*min(abs(s%options%target), abs(s%shift))
-      ! Zeros to rounding are no scale; they are found again, split by rounding, where the root space of zero is not locked.
-      associate (deflation => s%known%deflation)
-         has_moved = .not. (s%dense .or. allocated(s%options%shift)) .and. 2*count(abs(lambda) < limit) > size(lambda) .and. &
-            maxval(abs(lambda), abs(lambda) < limit) > deflation%zero_noise .and. &
-            (deflation%not_deflated == 0 .or. deflation%zero%states() > 0)
-      end associate
-      if (.not. has_moved) return
-      former_shift = s%shift
-      associate (target => s%options%target)
-         call factor_beside(s, above_them*maxval(abs(lambda), abs(lambda) < limit)*target/abs(target), error)
-      end associate
-      if (.not. allocated(error)) return
-      if (error%code /= error_singular) return
-      ! Rounding along rigid motions exceeds all else at such a low shift.
       has_moved = .false.
+      if (s%dense .or. allocated(s%options%shift) .or. size(lambda) == 0) return
+      ! Zeros that are not locked are found again, split by rounding: no scale.
+      if (s%known%deflation%not_deflated > 0 .and. s%known%deflation%zero%states() == 0) return
+      sizes = abs(lambda)
+      limit = much_smaller*min(abs(s%options%target), abs(s%shift))
+      are_alike = 2*count(sizes < limit) > size(lambda) .and. maxval(sizes, sizes < limit) > s%known%deflation%zero_noise
+      is_wide = minval(sizes) < root_epsilon*abs(s%shift) .and. abs(s%options%target) < minval(sizes)
+      if (.not. (are_alike .or. is_wide)) return
+      former_shift = s%shift
+      if (are_alike) then
+         moved = above_them*maxval(sizes, sizes < limit)*s%options%target/abs(s%options%target)
+      else
+         moved = sqrt(minval(sizes))*sqrt(maxval(sizes, sizes < too_far*abs(s%shift)))*shift_direction(s)
+      end if
+      do
+         call factor_beside(s, moved, error)
+         has_moved = .not. allocated(error)
+         if (has_moved) return
+         if (error%code /= error_singular) return
+         ! Rounding along rigid motions exceeds all else at such a low shift.
+         moved = sqrt(abs(moved))*sqrt(abs(former_shift))*shift_direction(s)
+         if (are_alike .or. abs(moved) >= much_smaller*abs(former_shift)) exit
+      end do
       call factor_at(s, s%formulation, former_shift, error)
    end subroutine move_to_modes
 
