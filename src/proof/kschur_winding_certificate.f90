@@ -33,6 +33,8 @@ module kschur_winding_certificate
       integer :: verdict = certified_unknown
       !> If the verdict is no: number of missing eigenvalues nearer to the target than `reach`, both members of conjugate pairs.
       integer :: missing = 0
+      !> If it is unknown: by how many more eigenvalues are listed than there are.
+      integer :: surplus = 0
       !> Radius of the count (1/s).
       real(wp) :: reach = 0
       !> Why the verdict is unknown; else blank.
@@ -130,8 +132,10 @@ contains
          curve = new_closed_curve(target, radius, determinant%is_lossy())
          call count_unknown_zeros(determinant, curve, known_zeros, zeros, number, certificate%reason)
          certificate%reach = radius
-         if (certificate%reason == "" .and. number < 0) &
+         if (certificate%reason == "" .and. number < 0) then
+            certificate%surplus = -number
             certificate%reason = "more eigenvalues are listed than there are, by "//text(-number)
+         end if
          if (curve%closed) number = 2*number
          if (certificate%reason /= "") number = -1
       end subroutine count_within

@@ -6,6 +6,7 @@ module kschur_bound_verdict
    use kschur_kinds, only: wp
    use kschur_mode_selection, only: distances
    use kschur_modes, only: modes_type
+   use kschur_options, only: formulation_quadratic
    use kschur_outcome, only: certified_unknown, certified_yes, reason_converged, reason_fewer_modes, reason_inaccurate
    use kschur_text, only: text
    use kschur_tolerances, only: same_value
@@ -38,6 +39,9 @@ contains
       else if (any(blurred)) then
          call s%add_note("modes that rounding of the entries of the matrices may change by more than they are: "// &
             text(count(blurred)))
+         ! A pair may be two real modes, and two real ones a pair: the number of modes is not known then.
+         if (modes%reason == reason_fewer_modes .and. s%formulation == formulation_quadratic .and. .not. s%is_lossy()) &
+            modes%reason = reason_inaccurate
       else if (.not. reaches_unlisted(s, modes)) then
          return
       end if

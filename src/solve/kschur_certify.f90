@@ -4,9 +4,10 @@ module kschur_certify
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
    use kschur_modes, only: modes_type
-   use kschur_outcome, only: certified_no, certified_yes, reason_cancelled, reason_converged
+   use kschur_outcome, only: certified_no, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
+      reason_fewer_modes, reason_inaccurate
    use kschur_text, only: text
-   use kschur_tolerances, only: nearly_zero
+   use kschur_tolerances, only: blurred_value, nearly_zero
    use kschur_winding_certificate, only: certify_by_winding, winding_certificate_type
    implicit none
    private
@@ -31,13 +32,25 @@ contains
          call s%add_note("the eigenvalues could not be counted: "//error%message)
          return
       end if
-      call certify_by_winding(s%work, s%inner%complex, modes%lambda, nothing_beyond, s%known%deflation%zeros(), s%options%target, &
-         nearly_zero*s%reference(), certificate, monitor=s%monitor)
-      call s%effort%add_effort(certificate)
+      do
+         call certify_by_winding(s%work, s%inner%complex, modes%lambda, nothing_beyond, s%known%deflation%zeros(), &
+            s%options%target, nearly_zero*s%reference(), certificate, monitor=s%monitor)
+         call s%effort%add_effort(certificate)
+         ! Inaccurate modes beside accurate ones, of which there are too many, are these once more.
+         if (certificate%surplus == 0) exit
+         if (.not. any(modes%backward_error > inaccurate_above)) exit
+         call modes%leave_out(modes%backward_error > inaccurate_above)
+         if (any(modes%reason == [reason_converged, reason_fewer_modes])) modes%reason = reason_inaccurate
+      end do
       select case (certificate%verdict)
       case (certified_yes)
          modes%missing = 0
-         ! Only a converged list is certified, even if no nearer mode is missing.
+         ! Only a converged list is certified, even if no nearer mode is missing. As many accurate modes as are wanted are one then.
+         if (modes%reason == reason_inaccurate) then
+            if (size(modes%lambda) == s%options%modes .and. size(modes%unlisted) == 0 .and. &
+               all(modes%backward_error <= inaccurate_above .and. (modes%uncertainty <= blurred_value*abs(modes%lambda) .or. &
+               modes%motion > 0))) modes%reason = reason_converged
+         end if
          if (modes%reason == reason_converged) modes%certified = certified_yes
       case (certified_no)
          modes%missing = certificate%missing

@@ -241,8 +241,8 @@ contains
    end subroutine search
 
    !> Solves again with all eigenvalues of the dense matrix, if an automatically chosen iteration ended with modes that are not
-   !> trusted, and replaces the result if the dense set is certified. For use only if `dense_may_tell` was true before the
-   !> iteration, or it stalled and `dense_may_end_stall` was.
+   !> trusted, and replaces the result if the dense set is certified or has more modes. For use only if `dense_may_tell` was true
+   !> before the iteration, or it stalled and `dense_may_end_stall` was.
    subroutine solve_again_dense(s, options, result)
       type(solve_context_type), intent(inout) :: s
       !> Options of the caller.
@@ -263,7 +263,7 @@ contains
       if (.not. allocated(error)) call prepare(own, error)
       if (.not. allocated(error)) call solve_prepared(own, options, dense, error)
       if (allocated(error)) return
-      if (.not. (dense%reason == reason_fewer_modes .or. &
+      if (.not. (dense%reason == reason_fewer_modes .or. size(dense%eigenvalues) > size(result%eigenvalues) .or. &
          (dense%reason == reason_converged .and. dense%certified == certified_yes))) return
       dense%decision = "dense: the "//trim(formulation_names(result%formulation))//" form did not tell all eigenvalues apart"
       call dense%add_effort(result)
