@@ -159,13 +159,10 @@ contains
       type(eigenpairs_type) :: pairs
       type(krylov_statistics_type) :: statistics
       integer :: applications, wanted, missing, missing_before, round, moves
-      type(modes_type) :: earlier
-      logical :: moved, shift_moved, cancelled, is_last
+      logical :: moved, cancelled, is_last
       real(wp) :: complete_radius
-      complex(wp) :: shift_before
 
       complete = .false.
-      shift_before = s%shift
       wanted = min(s%options%modes, s%known%total%number)
       missing_before = s%options%modes + 1
       moves = 0
@@ -188,18 +185,9 @@ contains
          call require_memory(s%bytes_of_shapes(2*(size(pairs%lambda) + size(s%known%rigid%lambda))), "mode shapes", error)
          if (allocated(error)) return
          call append_pairs(pairs, s%contract(s%known%rigid))
-         shift_moved = abs(s%shift - shift_before) > 0 .and. size(modes%lambda) > 0
-         shift_before = s%shift
-         if (shift_moved) earlier = modes
          call judge_pairs(s%work, mode_request_type(s%options%modes, s%options%target, merge(huge(1), s%known%total%number, &
             s%is_lossy()), size(s%known%rigid%lambda), s%reference(), complete_radius, merge(s%known%deflation%zero_noise, 0.0_wp, &
             s%is_lossy())), pairs, modes)
-         ! What is far from a shift may be filtered out there as infinite eigenvalues are, although it was found before.
-         if (shift_moved) then
-            call earlier%drop(earlier%backward_error > inaccurate_above)
-            earlier%found = eigenvalues_of(earlier%lambda, earlier%backward_error >= 0)
-            call add_modes(earlier, modes)
-         end if
          missing = s%options%modes - size(modes%lambda)
          is_last = s%options%is_plain() .or. wanted == s%known%total%number .or. statistics%reason /= reason_converged .or. &
             round == most_rounds .or. missing >= missing_before
