@@ -4,7 +4,7 @@ module kschur_search
    use kschur_certificate, only: indistinct
    use kschur_context, only: solve_context_type, whole_given
    use kschur_effort, only: phase_judge, phase_recover
-   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, near, normalize, replace_pair
+   use kschur_eigenpairs, only: append_pairs, chosen_pairs, eigenpairs_type, normalize, replace_pair
    use kschur_error, only: error_cancelled, error_type, error_singular, take_cancelled
    use kschur_iteration, only: iterate
    use kschur_kinds, only: wp
@@ -17,11 +17,11 @@ module kschur_search
    use kschur_oscillators, only: judge_damped
    use kschur_outcome, only: certified_unknown, certified_yes, inaccurate_above, reason_cancelled, reason_converged, &
       reason_fewer_modes, reason_inaccurate, reason_max_restarts
-   use kschur_shapes, only: independent_part, independent_parts
+   use kschur_shapes, only: independent_part
    use kschur_shared_judgement, only: judge_by_rows
    use kschur_shift, only: factor_beside, move_to_modes
    use kschur_text, only: text
-   use kschur_tolerances, only: dependent_state, equal_value, no_correct_digits, same_shape, same_value, too_far
+   use kschur_tolerances, only: equal_value, no_correct_digits, same_shape, too_far
    use kschur_options, only: formulation_quadratic
    use kschur_transform, only: transform_type
    implicit none
@@ -255,7 +255,8 @@ contains
             if (s%is_stopped()) exit
             cycle
          end if
-         s%known%deflation%locked = accepted_pairs(modes)
+         s%known%deflation%locked = chosen_pairs(modes, modes%motion == 0 .and. modes%backward_error <= inaccurate_above)
+         call s%known%deflation%locked%make_complex()
          call iterate(s, s%known%total%number, found, complete_radius, statistics, error)
          s%known%deflation%locked = eigenpairs_type()
          if (allocated(error)) exit
@@ -278,24 +279,6 @@ contains
       s%shift = first_shift
       call modes%drop(modes%backward_error > inaccurate_above)
    end subroutine search_elsewhere
-
-   ! Accurate modes, to be locked at other shifts. Roots of a defective eigenvalue are excluded: their space is known only to the
-   ! square root of rounding.
-   function accepted_pairs(modes) result(pairs)
-      type(modes_type), intent(in) :: modes
-      type(eigenpairs_type) :: pairs
-      real(wp) :: rests(size(modes%lambda))
-      logical :: accepted(size(modes%lambda))
-      integer :: j
-
-      rests = independent_parts(modes, [(j, j=1, size(rests))])
-      accepted = modes%motion == 0 .and. modes%backward_error <= inaccurate_above
-      do j = 1, size(rests)
-         if (rests(j) <= dependent_state) accepted = accepted .and. .not. near(modes%lambda, j, same_value)
-      end do
-      pairs = chosen_pairs(modes, accepted)
-      call pairs%make_complex()
-   end function accepted_pairs
 
    ! Expands modes of the iterated problem to the problem as given, and computes their backward errors and error bounds there: those
    ! of damped modes in the damped problem, by rows if the problem is distributed. Else, and for multipliers that follow from it,
