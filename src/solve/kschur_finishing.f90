@@ -217,7 +217,7 @@ contains
       judgement%doubtful = pack(judgement%doubtful, .not. replaced)
       judgement%led_elsewhere = pack(judgement%led_elsewhere, .not. replaced)
       ! The polished pairs of a wide cluster may include neighbours that stay in the list.
-      call drop_dependent(found, modes, s%is_lossy())
+      call drop_dependent(found, modes)
       if (size(found%lambda) == 0) return
       call judge_pairs(s%work, mode_request_type(target=s%options%target, reference=s%reference(), refined=keeps), found, &
          new_modes)
@@ -295,7 +295,7 @@ contains
             replaced(cluster%members) = .true.
             if (modes%is_real()) call make_real(s%transform%map, polished%pairs)
             ! Two clusters of inaccurate eigenvalues may be the same: both find the same pairs then.
-            call drop_dependent(polished%pairs, found, s%is_lossy())
+            call drop_dependent(polished%pairs, found)
             call append_pairs(found, polished%pairs)
          else if (polished%eigenvalues == 0) then
             judgement%not_found(cluster%members) = judgement%doubtful(cluster%members) .or. &
@@ -338,32 +338,13 @@ contains
       is_counted = s%dense .and. s%transform%certificate%verdict == certified_yes
    end function is_counted
 
-   ! Removes pairs whose states are linearly dependent on those of known pairs with nearly the same eigenvalue. Two copies of a real
-   ! eigenvalue that rounding made a pair, without losses, span the conjugate state, too.
-   subroutine drop_dependent(pairs, known, lossy)
+   ! Removes pairs whose states are linearly dependent on those of known pairs with nearly the same eigenvalue.
+   subroutine drop_dependent(pairs, known)
       type(eigenpairs_type), intent(inout) :: pairs
       class(eigenpairs_type), intent(in) :: known
-      logical, intent(in) :: lossy
-      type(eigenpairs_type) :: next_to_axis, conjugates
-      real(wp) :: parts(size(pairs%lambda))
       integer :: j
 
-      if (size(pairs%lambda) == 0) return
-      next_to_axis = chosen_pairs(known, abs(aimag(known%lambda)) <= same_value*abs(known%lambda))
-      if (.not. (lossy .or. known%is_real())) then
-         conjugates = chosen_pairs(next_to_axis, abs(aimag(next_to_axis%lambda)) > 0)
-         conjugates%lambda = conjg(conjugates%lambda)
-         conjugates%phi = conjg(conjugates%phi)
-         call append_pairs(next_to_axis, conjugates)
-      end if
-      do j = 1, size(parts)
-         if (abs(aimag(pairs%lambda(j))) <= same_value*abs(pairs%lambda(j))) then
-            parts(j) = independent_part(next_to_axis, pairs, j, same_value)
-         else
-            parts(j) = independent_part(known, pairs, j, same_value)
-         end if
-      end do
-      call keep_pairs(pairs, parts > dependent_state)
+      call keep_pairs(pairs, [(independent_part(known, pairs, j, same_value) > dependent_state, j=1, size(pairs%lambda))])
    end subroutine drop_dependent
 
    !> Whether no mode needs polishing for its backward error: it is small enough, beyond repair, or that of a rigid motion.
