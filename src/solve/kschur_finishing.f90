@@ -29,13 +29,13 @@ module kschur_finishing
    ! Beyond this number of unknowns and multipliers factors beside each mode cost more than the modes.
    integer, parameter :: largest_refined = 200
 
-   !> Accuracy of each mode, and whether it is polished.
+   !> Accuracy of a mode, and what polishing found in its place.
    type :: judgement_type
-      !> Backward errors, or if larger and units are uneven, residuals relative to their own terms.
-      real(wp), allocatable :: errors(:)
-      !> Whether `errors` is worth reducing; whether the error bound is so large that it may be no eigenvalue; whether polishing did
+      !> Backward error, or if larger and units are uneven, residual relative to its own terms.
+      real(wp) :: error = 0
+      !> Whether `error` is worth reducing; whether the error bound is so large that it may be no eigenvalue; whether polishing did
       !> not find it again; whether it found others in its place.
-      logical, allocatable :: poor(:), doubtful(:), not_found(:), led_elsewhere(:)
+      logical :: poor = .false., doubtful = .false., not_found = .false., led_elsewhere = .false.
    end type judgement_type
 
 contains
@@ -50,14 +50,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       !> Whether eigenvalues stay as they are polished, as where modes have been refined. Absent: they are corrected.
       logical, intent(in), optional :: keeps_eigenvalues
-      type(judgement_type) :: judgement
+      type(judgement_type), allocatable :: judgements(:)
       type(cluster_type), allocatable :: clusters(:)
 
       call s%hold(whole_iterated, error)
       if (allocated(error)) return
       call find_suspects()
-      call polish_clusters(s, modes, clusters, judgement, .false., error, keeps_eigenvalues)
-      if (.not. (allocated(error) .or. is_counted(s))) call modes%leave_out(judgement%not_found)
+      call polish_clusters(s, modes, clusters, judgements, .false., error, keeps_eigenvalues)
+      if (.not. (allocated(error) .or. is_counted(s))) call modes%leave_out(judgements%not_found)
 
    contains
 
@@ -69,34 +69,34 @@ contains
          logical :: by_terms
          integer :: i
 
-         allocate (judgement%errors, source=modes%backward_error)
+         allocate (judgements(size(modes%lambda)))
+         judgements%error = modes%backward_error
          ! Backward errors are relative to the largest terms, and say little about small eigenvalues or small units. So if units are
          ! uneven, or the set is complete and each of its eigenvalues must be accurate, residuals are compared with their own terms.
          by_terms = s%plan%spread_of_units() > uneven .or. (s%known%total%exact .and. modes%found == s%known%total%number)
-         if (by_terms) judgement%errors = max(judgement%errors, residual_parts(s%work, modes, &
+         if (by_terms) judgements%error = max(judgements%error, residual_parts(s%work, modes, &
             modes%backward_error <= s%options%good_enough()))
          ! Rigid motions and their decays are known from the examination.
          allocate (candidates, source=abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda))
          ! A pair with a larger backward error is not near an eigenpair, except in those two cases.
-         if (.not. by_terms) candidates = candidates .and. judgement%errors <= no_correct_digits
+         if (.not. by_terms) candidates = candidates .and. judgements%error <= no_correct_digits
          ! What lies below the real axis, as with losses, is no mode, unless its error moved it there.
-         allocate (judgement%poor, source=candidates .and. &
-            (judgement%errors > s%options%good_enough() .or. aimag(modes%lambda) < 0))
-         allocate (judgement%doubtful, source=candidates .and. modes%uncertainty > no_correct_digits*abs(modes%lambda))
-         if (any(judgement%doubtful)) judgement%doubtful = &
-            unpack(may_be_infinite(s%work, chosen_pairs(modes, judgement%doubtful)), judgement%doubtful, .false.)
+         judgements%poor = candidates .and. (judgements%error > s%options%good_enough() .or. aimag(modes%lambda) < 0)
+         judgements%doubtful = candidates .and. modes%uncertainty > no_correct_digits*abs(modes%lambda)
+         if (any(judgements%doubtful)) judgements%doubtful = &
+            unpack(may_be_infinite(s%work, chosen_pairs(modes, judgements%doubtful)), judgements%doubtful, .false.)
          allocate (discs, source=same_value*abs(modes%lambda))
-         where (judgement%poor) discs = max(discs, min(modes%uncertainty, no_correct_digits*abs(modes%lambda)))
+         where (judgements%poor) discs = max(discs, min(modes%uncertainty, no_correct_digits*abs(modes%lambda)))
          call split(modes%lambda, discs, clusters, lossy=s%is_lossy())
          allocate (is_suspect(size(clusters)))
          do i = 1, size(clusters)
             clusters(i)%disc = 0
             associate (cluster => clusters(i), members => clusters(i)%members)
-               is_suspect(i) = any(judgement%poor(members) .or. judgement%doubtful(members))
+               is_suspect(i) = any(judgements(members)%poor .or. judgements(members)%doubtful)
                if (.not. is_suspect(i) .and. size(members) > 1 .and. abs(cluster%centre) > 0) &
                   is_suspect(i) = any(independent_parts(modes, members) <= dependent_state)
-               if (any(judgement%poor(members))) call cluster%widen(no_correct_digits)
-               if (any(judgement%doubtful(members))) call cluster%widen(doubtful_radius)
+               if (any(judgements(members)%poor)) call cluster%widen(no_correct_digits)
+               if (any(judgements(members)%doubtful)) call cluster%widen(doubtful_radius)
             end associate
          end do
          clusters = pack(clusters, is_suspect)
@@ -112,18 +112,19 @@ contains
       !> Of the iterated problem.
       type(modes_type), intent(inout) :: modes
       type(error_type), allocatable, intent(out) :: error
-      type(judgement_type) :: judgement
+      type(judgement_type), allocatable :: judgements(:)
       type(cluster_type), allocatable :: clusters(:)
       real(wp), allocatable :: discs(:)
       integer :: pass, i
 
       if (.not. is_small(s)) return
-      judgement%doubtful = abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda)
-      if (s%problem%symmetric) judgement%doubtful = judgement%doubtful .and. modes%uncertainty > equal_value*abs(modes%lambda)
+      allocate (judgements(size(modes%lambda)))
+      judgements%doubtful = abs(modes%lambda) > 0 .and. .not. are_known(s, modes%lambda)
+      if (s%problem%symmetric) judgements%doubtful = judgements%doubtful .and. modes%uncertainty > equal_value*abs(modes%lambda)
       do pass = 1, 2
-         if (.not. any(judgement%doubtful)) exit
+         if (.not. any(judgements%doubtful)) exit
          discs = min(modes%uncertainty, no_correct_digits*abs(modes%lambda))
-         if (pass == 2) discs = merge(no_correct_digits*abs(modes%lambda), 0.0_wp, judgement%doubtful)
+         if (pass == 2) discs = merge(no_correct_digits*abs(modes%lambda), 0.0_wp, judgements%doubtful)
          discs = max(same_value*abs(modes%lambda), discs)
          call split(modes%lambda, discs, clusters, lossy=s%is_lossy())
          clusters = pack(clusters, [(may_refine(clusters(i)), i=1, size(clusters))])
@@ -135,16 +136,15 @@ contains
                   max(no_correct_digits*abs(cluster%centre), uncertain))
             end associate
          end do
-         judgement%errors = modes%backward_error
-         call polish_clusters(s, modes, clusters, judgement, .true., error)
+         judgements%error = modes%backward_error
+         call polish_clusters(s, modes, clusters, judgements, .true., error)
          if (allocated(error)) return
       end do
-      if (.not. allocated(judgement%not_found)) return
-      where (judgement%led_elsewhere) modes%uncertainty = huge(1.0_wp)
+      where (judgements%led_elsewhere) modes%uncertainty = huge(1.0_wp)
       if (s%dense .and. .not. s%problem%symmetric) then
-         where (judgement%not_found) modes%uncertainty = max(modes%uncertainty, abs(modes%lambda))
+         where (judgements%not_found) modes%uncertainty = max(modes%uncertainty, abs(modes%lambda))
       else
-         call modes%leave_out(judgement%not_found)
+         call modes%leave_out(judgements%not_found)
       end if
 
    contains
@@ -154,7 +154,7 @@ contains
          type(cluster_type), intent(in) :: cluster
 
          associate (members => cluster%members)
-            may_refine = any(judgement%doubtful(members)) .and. &
+            may_refine = any(judgements(members)%doubtful) .and. &
                all(abs(modes%lambda(members)) > 0 .and. .not. are_known(s, modes%lambda(members)))
             ! With losses an eigenvalue on the real axis would get a side of it by rounding.
             if (s%is_lossy()) may_refine = may_refine .and. all(abs(aimag(modes%lambda(members))) > 0)
@@ -170,12 +170,12 @@ contains
    end function is_small
 
    ! Polishes clusters, and replaces their members by the pairs found, the last modes of the list then.
-   subroutine polish_clusters(s, modes, clusters, judgement, refines, error, keeps_eigenvalues)
+   subroutine polish_clusters(s, modes, clusters, judgements, refines, error, keeps_eigenvalues)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(cluster_type), intent(in) :: clusters(:)
-      !> On return what it says of modes is that of the new list.
-      type(judgement_type), intent(inout) :: judgement
+      !> Of each mode; on return those of the new list.
+      type(judgement_type), allocatable, intent(inout) :: judgements(:)
       !> Whether they are refined.
       logical, intent(in) :: refines
       type(error_type), allocatable, intent(out) :: error
@@ -192,8 +192,6 @@ contains
       keeps = refines
       if (present(keeps_eigenvalues)) keeps = keeps_eigenvalues
       allocate (replaced(size(modes%lambda)), source=.false.)
-      if (.not. allocated(judgement%not_found)) judgement%not_found = replaced
-      if (.not. allocated(judgement%led_elsewhere)) judgement%led_elsewhere = replaced
       if (size(clusters) == 0) return
       call polisher%begin(constraint_factors(s%work, s%options%constraint_scaling, s%shift), s%options%good_enough(), &
          s%inner%complex)
@@ -204,7 +202,7 @@ contains
          if (s%is_stopped()) exit
          call polish_cluster(clusters(i))
          if (allocated(error)) return
-         if (refines .or. .not. any(judgement%not_found(clusters(i)%members))) cycle
+         if (refines .or. .not. any(judgements(clusters(i)%members)%not_found)) cycle
          ! Within the error bounds of doubtful members the matrix may be singular to rounding: once more from outside.
          outer = clusters(i)
          outer%disc = min(maxval(modes%uncertainty(outer%members)), part_of_radius*outer%radius)
@@ -213,18 +211,14 @@ contains
       end do
       call s%effort%add_solves(polisher%solver)
       call modes%drop(replaced)
-      judgement%not_found = pack(judgement%not_found, .not. replaced)
-      judgement%doubtful = pack(judgement%doubtful, .not. replaced)
-      judgement%led_elsewhere = pack(judgement%led_elsewhere, .not. replaced)
+      judgements = pack(judgements, .not. replaced)
       ! The polished pairs of a wide cluster may include neighbours that stay in the list.
       call drop_dependent(found, modes)
       if (size(found%lambda) == 0) return
       call judge_pairs(s%work, mode_request_type(target=s%options%target, reference=s%reference(), refined=keeps), found, &
          new_modes)
       call modes%append(new_modes)
-      judgement%not_found = [judgement%not_found, spread(.false., 1, size(new_modes%lambda))]
-      judgement%doubtful = [judgement%doubtful, spread(.false., 1, size(new_modes%lambda))]
-      judgement%led_elsewhere = [judgement%led_elsewhere, spread(.false., 1, size(new_modes%lambda))]
+      judgements = [judgements, spread(judgement_type(), 1, size(new_modes%lambda))]
 
    contains
 
@@ -251,15 +245,15 @@ contains
             guard_vectors = guards(min(size(cluster%members), 2))
             ! The count by inertia shows missing copies in the symmetric forms.
             if (refines .or. (modes%is_real() .and. size(cluster%members) == 1)) guard_vectors = 0
-            call polisher%polish(s%work, cluster, shift, members, maxval(judgement%errors(cluster%members)), guard_vectors, &
+            call polisher%polish(s%work, cluster, shift, members, maxval(judgements(cluster%members)%error), guard_vectors, &
                polished, error)
          end if
          if (allocated(error)) then
             if (any(error%code == [error_singular, error_convergence, error_cancelled])) deallocate (error)
             return
          end if
-         associate (lost => judgement%not_found(cluster%members), doubtful => judgement%doubtful(cluster%members), &
-            worst_before => maxval(judgement%errors(cluster%members)))
+         associate (lost => judgements(cluster%members)%not_found, doubtful => judgements(cluster%members)%doubtful, &
+            worst_before => maxval(judgements(cluster%members)%error))
             if (refines) then
                ! Roots of a defective eigenvalue have one shape, and may be found as one root beside them.
                found_again = are_found(members%lambda, polished%pairs%lambda, equal_value)
@@ -298,14 +292,14 @@ contains
             call drop_dependent(polished%pairs, found)
             call append_pairs(found, polished%pairs)
          else if (polished%eigenvalues == 0) then
-            judgement%not_found(cluster%members) = judgement%doubtful(cluster%members) .or. &
-               judgement%errors(cluster%members) > inaccurate_above
+            judgements(cluster%members)%not_found = judgements(cluster%members)%doubtful .or. &
+               judgements(cluster%members)%error > inaccurate_above
          else
-            if (polished%eigenvalues >= number_before) judgement%not_found(cluster%members) = .false.
+            if (polished%eigenvalues >= number_before) judgements(cluster%members)%not_found = .false.
             if (.not. refines) return
             ! Where none is missing, those nearby are the same.
             if (polished%eigenvalues >= number_before) found_again = found_again .or. near
-            where (credible .and. independent .and. .not. found_again) judgement%led_elsewhere(cluster%members) = .true.
+            where (credible .and. independent .and. .not. found_again) judgements(cluster%members)%led_elsewhere = .true.
          end if
       end subroutine polish_cluster
 
