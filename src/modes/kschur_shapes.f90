@@ -154,7 +154,7 @@ contains
 
    !> For each chosen pair the norm of the part of its state [phi; lambda phi/|lambda|] that is orthogonal to the states of the
    !> chosen ones before it, relative to the norm of the state: small for a pair that is listed twice.
-   function independent_parts(pairs, chosen) result(parts)
+   pure function independent_parts(pairs, chosen) result(parts)
       class(eigenpairs_type), intent(in) :: pairs
       !> Their positions.
       integer, intent(in) :: chosen(:)
@@ -172,7 +172,7 @@ contains
    end function independent_parts
 
    ! The inner product phi_i^* phi_j.
-   complex(wp) function product_of_shapes(pairs, i, j) result(product)
+   pure complex(wp) function product_of_shapes(pairs, i, j) result(product)
       class(eigenpairs_type), intent(in) :: pairs
       integer, intent(in) :: i, j
 

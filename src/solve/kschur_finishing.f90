@@ -234,7 +234,7 @@ contains
          complex(wp), allocatable :: certain(:)
          integer :: guard_vectors, number_before, i
          logical :: accepted, credible
-         logical, dimension(size(cluster%members)) :: found_again, independent, near
+         logical, dimension(size(cluster%members)) :: found_again, independent
 
          members = chosen_pairs(modes, [(any(cluster%members == i), i=1, size(modes%lambda))])
          number_before = cluster%count_eigenvalues(members%lambda)
@@ -256,10 +256,9 @@ contains
             worst_before => maxval(judgements(cluster%members)%error))
             if (refines) then
                ! Roots of a defective eigenvalue have one shape, and may be found as one root beside them.
-               found_again = are_found(members%lambda, polished%pairs%lambda, equal_value)
-               independent = are_independent(cluster%members, found_again)
-               near = are_found(members%lambda, polished%pairs%lambda, same_value)
-               found_again = found_again .or. (near .and. .not. independent)
+               found_again = [(any(abs(polished%pairs%lambda - members%lambda(i)) <= same_value*abs(members%lambda(i))), &
+                  i=1, size(found_again))]
+               independent = found_again .or. independent_parts(modes, cluster%members) > dependent_state
                credible = polished%complete .and. polished%worst() <= max(rounding_of_row, no_correct_digits*worst_before)
                ! They are no more than the members, and no fewer than those of them that are certain: that were not lost before,
                ! and are found again or independent of the others, where a pair is one if it is real to rounding or its bound.
@@ -297,32 +296,9 @@ contains
          else
             if (polished%eigenvalues >= number_before) judgements(cluster%members)%not_found = .false.
             if (.not. refines) return
-            ! Where none is missing, those nearby are the same.
-            if (polished%eigenvalues >= number_before) found_again = found_again .or. near
             where (credible .and. independent .and. .not. found_again) judgements(cluster%members)%led_elsewhere = .true.
          end if
       end subroutine polish_cluster
-
-      ! Whether each eigenvalue is among those found, to a relative distance.
-      pure function are_found(lambda, found, distance)
-         complex(wp), intent(in) :: lambda(:), found(:)
-         real(wp), intent(in) :: distance
-         logical :: are_found(size(lambda))
-         integer :: i
-
-         are_found = [(any(abs(lambda(i) - found) <= distance*abs(lambda(i))), i=1, size(lambda))]
-      end function are_found
-
-      ! Whether the state of each of some modes is among the first ones or independent of these and of those before it.
-      function are_independent(positions, are_first)
-         integer, intent(in) :: positions(:)
-         logical, intent(in) :: are_first(:)
-         logical :: are_independent(size(positions))
-         real(wp), allocatable :: parts(:)
-
-         allocate (parts, source=independent_parts(modes, [pack(positions, are_first), pack(positions, .not. are_first)]))
-         are_independent = unpack(parts(count(are_first) + 1:) > dependent_state, .not. are_first, .true.)
-      end function are_independent
    end subroutine polish_clusters
 
    ! Whether all eigenvalues were computed densely, and a certificate confirms their number.
