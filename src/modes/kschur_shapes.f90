@@ -14,29 +14,24 @@ module kschur_shapes
 
 contains
 
-   !> Orthonormalizes the shapes of the pairs with eigenvalue zero, by Gram-Schmidt, and normalizes all pairs.
+   !> Orthonormalizes the shapes of the pairs with eigenvalue zero, and normalizes all pairs.
    subroutine orthonormalize_zeros(pairs)
       !> With real shapes, as rigid motions have.
       type(eigenpairs_type), intent(inout) :: pairs
-      real(wp) :: factor
-      integer :: i, j, pass
+      ! Shapes above their multipliers.
+      real(wp), allocatable :: motions(:, :)
+      integer, allocatable :: zeros(:)
+      integer :: n, j
 
-      associate (phi => pairs%real_phi, xi => pairs%xi)
-         do j = 1, size(pairs%lambda)
-            if (abs(pairs%lambda(j)) > 0) cycle
-            do pass = 1, 2
-               do i = 1, j - 1
-                  if (abs(pairs%lambda(i)) > 0) cycle
-                  factor = dot_product(phi(:, i), phi(:, j))
-                  phi(:, j) = phi(:, j) - factor*phi(:, i)
-                  xi(:, j) = xi(:, j) - factor*xi(:, i)
-               end do
-               factor = 1/norm2(phi(:, j))
-               phi(:, j) = factor*phi(:, j)
-               xi(:, j) = factor*xi(:, j)
-            end do
-         end do
-      end associate
+      n = pairs%rows()
+      allocate (zeros, source=pack([(j, j=1, size(pairs%lambda))], .not. abs(pairs%lambda) > 0))
+      allocate (motions(n + size(pairs%xi, 1), size(zeros)))
+      motions(:n, :) = pairs%real_phi(:, zeros)
+      motions(n + 1:, :) = real(pairs%xi(:, zeros), wp)
+      call orthonormalize(motions(:, :0), n, motions)
+      zeros = zeros(:size(motions, 2))
+      pairs%real_phi(:, zeros) = motions(:n, :)
+      pairs%xi(:, zeros) = motions(n + 1:, :)
       do j = 1, size(pairs%lambda)
          call normalize(pairs, j)
       end do
