@@ -200,7 +200,7 @@ contains
 
       ! Drops a root space of zero that was computed from K in the place of K + i H, unless it is known to be the same: K and H are
       ! symmetric, so that their left null vectors are the right ones, and no state behind these was solved for. Otherwise its
-      ! chains are complex, and an iteration finds them.
+      ! chains are complex, and an iteration finds them. Without those known an iteration for a few zeros alone does not converge.
       subroutine drop_complex_chains(space)
          type(root_space_type), intent(inout) :: space
          logical :: same

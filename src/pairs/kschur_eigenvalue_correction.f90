@@ -18,8 +18,8 @@ contains
    !> Corrects the eigenvalues of pairs, and computes their backward errors and bounds. Those of a symmetric problem become roots of
    !> Rayleigh's functional, whose error is the square of that of the shape and free of the rounding of the factored matrix. An
    !> eigenvalue is moved to an axis if the backward error there, with a real shape on the real axis, is no larger than rounding
-   !> allows. A pair on the real axis that stands for itself and its conjugate is a double real eigenvalue: its second copy is
-   !> appended behind all others.
+   !> allows. A pair on the real axis that stands for itself and its conjugate is a double real eigenvalue, as at critical
+   !> damping: its second copy is appended behind all others, as a list of pairs would have fewer modes than exist.
    subroutine correct_eigenvalues(problem, pairs, rigid, refined, errors, bounds, uncertainty)
       type(modal_problem_type), intent(in) :: problem
       !> Pairs of unit norm.

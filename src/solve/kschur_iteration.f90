@@ -148,7 +148,8 @@ contains
          end do
       end subroutine set_eigenvalues
 
-      ! Removes Ritz pairs whose eigenvalues are conjugates of others above the real axis, and marks the latter as `paired`.
+      ! Removes Ritz pairs whose eigenvalues are conjugates of others above the real axis, and marks the latter as `paired`. Judging
+      ! would do so, too, but after twice the work.
       subroutine drop_mirrored(mu, vectors)
          complex(wp), allocatable, intent(inout) :: mu(:), vectors(:, :)
          complex(wp) :: theta(size(mu))
