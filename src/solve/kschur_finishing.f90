@@ -43,20 +43,20 @@ contains
    !> Polishes each cluster in which a mode is inaccurate, in doubt, or linearly dependent on the others. Its members are replaced
    !> by the eigenpairs that an iteration finds there with factors beside the cluster. A doubtful member that is not found again is
    !> dropped as no eigenvalue, unless the number of eigenvalues was certified.
-   subroutine finish_modes(s, modes, error, keeps_eigenvalues)
+   subroutine finish_modes(s, modes, keeps_eigenvalues, error)
       type(solve_context_type), intent(inout) :: s
       !> Of the iterated problem, in balanced units: in the units as given, a few large entries may hide errors.
       type(modes_type), intent(inout) :: modes
+      !> Whether eigenvalues stay as they are polished, as where modes have been refined; else they are corrected.
+      logical, intent(in) :: keeps_eigenvalues
       type(error_type), allocatable, intent(out) :: error
-      !> Whether eigenvalues stay as they are polished, as where modes have been refined. Absent: they are corrected.
-      logical, intent(in), optional :: keeps_eigenvalues
       type(judgement_type), allocatable :: judgements(:)
       type(cluster_type), allocatable :: clusters(:)
 
       call s%hold(whole_iterated, error)
       if (allocated(error)) return
       call find_suspects()
-      call polish_clusters(s, modes, clusters, judgements, .false., error, keeps_eigenvalues)
+      call polish_clusters(s, modes, clusters, judgements, .false., keeps_eigenvalues, error)
       if (.not. (allocated(error) .or. is_counted(s))) call modes%leave_out(judgements%not_found)
 
    contains
@@ -137,7 +137,7 @@ contains
             end associate
          end do
          judgements%error = modes%backward_error
-         call polish_clusters(s, modes, clusters, judgements, .true., error)
+         call polish_clusters(s, modes, clusters, judgements, .true., .true., error)
          if (allocated(error)) return
       end do
       where (judgements%led_elsewhere) modes%uncertainty = huge(1.0_wp)
@@ -170,27 +170,22 @@ contains
    end function is_small
 
    ! Polishes clusters, and replaces their members by the pairs found, the last modes of the list then.
-   subroutine polish_clusters(s, modes, clusters, judgements, refines, error, keeps_eigenvalues)
+   subroutine polish_clusters(s, modes, clusters, judgements, refines, keeps_eigenvalues, error)
       type(solve_context_type), intent(inout) :: s
       type(modes_type), intent(inout) :: modes
       type(cluster_type), intent(in) :: clusters(:)
       !> Of each mode; on return those of the new list.
       type(judgement_type), allocatable, intent(inout) :: judgements(:)
-      !> Whether they are refined.
-      logical, intent(in) :: refines
+      !> Whether they are refined; whether eigenvalues stay as they are polished.
+      logical, intent(in) :: refines, keeps_eigenvalues
       type(error_type), allocatable, intent(out) :: error
-      !> Whether eigenvalues stay as they are polished. Absent: if they are refined.
-      logical, intent(in), optional :: keeps_eigenvalues
       type(polisher_type) :: polisher
       type(eigenpairs_type) :: found
       type(modes_type) :: new_modes
       type(cluster_type) :: outer
       logical, allocatable :: replaced(:)
-      logical :: keeps
       integer :: i
 
-      keeps = refines
-      if (present(keeps_eigenvalues)) keeps = keeps_eigenvalues
       allocate (replaced(size(modes%lambda)), source=.false.)
       if (size(clusters) == 0) return
       call polisher%begin(constraint_factors(s%work, s%options%constraint_scaling, s%shift), s%options%good_enough(), &
@@ -215,8 +210,8 @@ contains
       ! The polished pairs of a wide cluster may include neighbours that stay in the list.
       call drop_dependent(found, modes)
       if (size(found%lambda) == 0) return
-      call judge_pairs(s%work, mode_request_type(target=s%options%target, reference=s%reference(), refined=keeps), found, &
-         new_modes)
+      call judge_pairs(s%work, mode_request_type(target=s%options%target, reference=s%reference(), refined=keeps_eigenvalues), &
+         found, new_modes)
       call modes%append(new_modes)
       judgements = [judgements, spread(judgement_type(), 1, size(new_modes%lambda))]
 

@@ -62,7 +62,7 @@ contains
       if (.not. (s%options%is_plain() .or. modes%reason == reason_cancelled .or. are_good(s, modes))) then
          ! Modes that are accurate in balanced units may not be so in the units as given.
          call contract_modes(s, modes, error)
-         if (.not. allocated(error)) call finish_modes(s, modes, error, refined .and. is_small(s))
+         if (.not. allocated(error)) call finish_modes(s, modes, refined .and. is_small(s), error)
          if (.not. allocated(error)) call expand_modes(s, modes, error)
          if (allocated(error)) return
       end if
@@ -194,7 +194,7 @@ contains
          if (.not. s%options%is_plain() .and. statistics%reason /= reason_cancelled .and. &
             (is_last .or. .not. has_too_few(s, modes))) then
             call s%announce_phase("refinement")
-            call finish_modes(s, modes, error)
+            call finish_modes(s, modes, .false., error)
             if (allocated(error)) return
          end if
          call drop_spurious(modes)
@@ -265,7 +265,7 @@ contains
          call judge_pairs(s%work, mode_request_type(target=s%options%target, rigid=size(s%known%rigid%lambda), &
             reference=first_scale), found, more)
          call add_modes(more, modes)
-         call finish_modes(s, modes, error)
+         call finish_modes(s, modes, .false., error)
          if (allocated(error)) exit
          call drop_spurious(modes)
       end do
