@@ -35,7 +35,7 @@ contains
       type(csr_matrix_type), intent(in) :: mass
       !> The bound that ends the iteration: `least_of_mass` or `usual_least_of_mass`.
       real(wp), intent(in) :: enough
-      !> A lower bound, up to a probability of `improbable`; zero: none was proved.
+      !> A lower bound of at least `least_of_mass`, up to a probability of `improbable`; zero: none was proved.
       real(wp), intent(out) :: smallest
       !> Whether no Ritz value is below `least_of_mass`.
       logical, intent(out) :: seems_definite
@@ -60,8 +60,10 @@ contains
       allocate (previous(mass%rows, 1), x(mass%rows, 1), y(mass%rows, 1), source=0.0_wp)
       ! Gershgorin's bound of the largest eigenvalue, and with the unit diagonal of the smallest one.
       spread_bound = maxval(scaling*sum(terms_of(mass, spread(scaling, 2, 1)), 2))
-      smallest = max(2 - spread_bound, 0.0_wp)
-      poor = .not. smallest > least_of_mass
+      smallest = 2 - spread_bound
+      ! It may be rounding.
+      if (.not. smallest > least_of_mass) smallest = 0
+      poor = .not. smallest > 0
       if (smallest > enough) return
       needed = log(1.648_wp*sqrt(real(count(scaling > 0), wp))/improbable)
       finally = margin(most_steps)
@@ -79,7 +81,7 @@ contains
             if (ritz_values_exceed(bounds(i) + margin(k), k)) smallest = max(bounds(i), smallest)
          end do
          seems_definite = ritz_values_exceed(least_of_mass, k)
-         poor = .not. (seems_definite .and. ritz_values_exceed(least_of_mass + finally, k))
+         poor = .not. (smallest > 0 .or. (seems_definite .and. ritz_values_exceed(least_of_mass + finally, k)))
          if (smallest >= enough .or. .not. seems_definite) return
          ! Gives up if `most_steps` cannot prove the next bound either, given the present Ritz values.
          if (k >= few_steps .and. .not. ritz_values_exceed(minval(bounds, bounds > smallest) + finally, k)) return

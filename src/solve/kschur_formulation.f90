@@ -260,7 +260,7 @@ contains
       if (len(obstacle) == 0) then
          call examine_mass(problem%mass, inner, semidefinite, nullity, bound, ill_conditioned, error, effort)
          if (allocated(error)) return
-         if (nullity > 0) bound = 0
+         if (nullity > 0 .or. .not. semidefinite) bound = 0
          if (.not. semidefinite) then
             ! As given: constraints may exclude all such motions.
             obstacle = "its mass matrix as given has eigenvalues that are negative or next to zero"
