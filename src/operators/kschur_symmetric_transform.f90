@@ -29,8 +29,8 @@ module kschur_symmetric_transform
    use kschur_symmetric_operator, only: symmetric_shift_invert_type
    use kschur_symmetric_rows, only: end_sharing, share_operator
    use kschur_tall_products_real, only: form_combinations, inner_products, subtract_combinations
-   use kschur_tolerances, only: above_all_rounding, deflated_growth, known_well, nearly_zero, root_epsilon, rounding_of_sums, &
-      same_value, singular_shift
+   use kschur_tolerances, only: above_all_rounding, deflated_growth, known_well, nearly_zero, root_epsilon, rounding_of_row, &
+      rounding_of_sums, same_value, singular_shift
    use kschur_transposed_solver, only: transposed_real_type
    use kschur_threads, only: panel_rows
    implicit none
@@ -374,7 +374,7 @@ contains
       type(krylov_statistics_type), intent(inout) :: statistics
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: y(:, :), force(:, :), xi(:, :), along(:, :), motions(:, :)
-      real(wp) :: rest(size(chosen))
+      real(wp) :: rest(size(chosen)), limit
       integer, allocatable :: poor(:)
       integer :: n, j, k
 
@@ -404,7 +404,9 @@ contains
       statistics%operator_applications = statistics%operator_applications + k
       y = shapes(:, poor) - y
       do j = 1, k
-         where (abs(theta - theta(poor(j))) > same_value*abs(theta(poor(j))))
+         ! Products of the size of the rounding of r tell no error.
+         limit = rounding_of_row*(level_of_stiffness + abs(theta(poor(j)))*level_of_mass)*dnrm2(n, shapes(:, poor(j)), 1)**2
+         where (abs(theta - theta(poor(j))) > same_value*abs(theta(poor(j))) .and. abs(along(:, j)) > limit)
             along(:, j) = along(:, j)/(theta - theta(poor(j)))
          elsewhere
             along(:, j) = 0
