@@ -271,7 +271,8 @@ contains
 
       length = 1
       if (condition > split_by_rounding) &
-         length = ceiling(1/(1 + log(min(condition, epsilon(1.0_wp)**(1/longest - 1)))/log(epsilon(1.0_wp))))
+         length = 1/(1 + log(min(condition, epsilon(1.0_wp)**(1/longest - 1)))/log(epsilon(1.0_wp)))
+      length = min(real(ceiling(length), wp), longest)
    end function length_of_chain
 
    !> The relative condition number of an eigenvalue, normwise for M, R and K and entrywise for the constraints; infinite above

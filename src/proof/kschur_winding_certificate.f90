@@ -116,6 +116,7 @@ contains
          missing = unknown_nearer
          certificate%reach = gap_radius
          certificate%reason = ""
+         certificate%surplus = 0
       end if
       if (missing < 0) return
       certificate%verdict = merge(certified_yes, certified_no, missing == 0)

@@ -36,11 +36,11 @@ contains
          call certify_by_winding(s%work, s%inner%complex, modes%lambda, nothing_beyond, s%known%deflation%zeros(), &
             s%options%target, nearly_zero*s%reference(), certificate, monitor=s%monitor)
          call s%effort%add_effort(certificate)
-         ! Inaccurate modes beside accurate ones, of which there are too many, are these once more.
          if (certificate%surplus == 0) exit
+         if (any(modes%reason == [reason_converged, reason_fewer_modes])) modes%reason = reason_inaccurate
+         ! Inaccurate modes beside accurate ones are these once more.
          if (.not. any(modes%backward_error > inaccurate_above)) exit
          call modes%leave_out(modes%backward_error > inaccurate_above)
-         if (any(modes%reason == [reason_converged, reason_fewer_modes])) modes%reason = reason_inaccurate
       end do
       select case (certificate%verdict)
       case (certified_yes)

@@ -73,7 +73,7 @@ contains
          do i = 1, size(omega)
             omega(i) = low + i*(high - low)/(size(omega) + 1)
             ! From zero by halves, as the end may lie far below the highest.
-            if (.not. low > 0) omega(i) = scale(high, i - 1 - size(omega))
+            if (.not. low > 0) omega(i) = max(scale(high, i - 1 - size(omega)), seems_rigid*top)
          end do
          call groups%count(s, omega**2, below)
          do i = 1, size(omega)

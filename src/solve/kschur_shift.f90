@@ -208,7 +208,9 @@ contains
       sizes = abs(lambda)
       limit = much_smaller*min(abs(s%options%target), abs(s%shift))
       are_alike = 2*count(sizes < limit) > size(lambda) .and. maxval(sizes, sizes < limit) > s%known%deflation%zero_noise
-      is_wide = minval(sizes) < root_epsilon*abs(s%shift) .and. abs(s%options%target) < minval(sizes)
+      ! Plain ARPACK finds zeros, split by rounding.
+      is_wide = minval(sizes) < root_epsilon*abs(s%shift) .and. minval(sizes) > s%known%deflation%zero_noise .and. &
+         abs(s%options%target) < minval(sizes) .and. .not. s%options%is_plain()
       if (.not. (are_alike .or. is_wide)) return
       former_shift = s%shift
       if (are_alike) then
