@@ -1,5 +1,5 @@
-/* What memory the system has, and by a trial mapping whether it grants some. The mapping is not touched: Linux assigns pages only at the
- * first access. */
+/* What memory the system has, and by a trial mapping whether it grants some. The mapping is not touched: Linux assigns
+ * pages only at the first access. */
 #define _DEFAULT_SOURCE
 #include <stddef.h>
 #include <stdint.h>

@@ -15,7 +15,7 @@ contains
    !> known.
    logical function is_definite(matrix, least)
       type(csr_matrix_type), intent(in) :: matrix
-      !> As for `bound_smallest_eigenvalue`.
+      !> `least_of_mass` or `usual_least_of_mass`.
       real(wp), intent(in) :: least
       real(wp) :: smallest
       logical :: seems_definite, poor
@@ -47,7 +47,7 @@ contains
       real(wp), parameter :: bounds(2) = [least_of_mass, usual_least_of_mass]
       type(csr_matrix_type) :: scaled
       real(wp), allocatable :: scaling(:), previous(:, :), x(:, :), y(:, :)
-      real(wp) :: alpha(most_steps), beta(0:most_steps), spread_bound, needed, finally
+      real(wp) :: alpha(most_steps), beta(0:most_steps), spread_bound, needed, last_margin
       integer(long) :: state
       integer :: k, i
 
@@ -66,7 +66,7 @@ contains
       poor = .not. smallest > 0
       if (smallest > enough) return
       needed = log(1.648_wp*sqrt(real(count(scaling > 0), wp))/improbable)
-      finally = margin(most_steps)
+      last_margin = margin(most_steps)
       state = 1
       call random_vector(state, x(:, 1))
       where (.not. scaling > 0) x(:, 1) = 0
@@ -81,10 +81,10 @@ contains
             if (ritz_values_exceed(bounds(i) + margin(k), k)) smallest = max(bounds(i), smallest)
          end do
          seems_definite = ritz_values_exceed(least_of_mass, k)
-         poor = .not. (smallest > 0 .or. (seems_definite .and. ritz_values_exceed(least_of_mass + finally, k)))
+         poor = .not. (smallest > 0 .or. (seems_definite .and. ritz_values_exceed(least_of_mass + last_margin, k)))
          if (smallest >= enough .or. .not. seems_definite) return
          ! Gives up if `most_steps` cannot prove the next bound either, given the present Ritz values.
-         if (k >= few_steps .and. .not. ritz_values_exceed(minval(bounds, bounds > smallest) + finally, k)) return
+         if (k >= few_steps .and. .not. ritz_values_exceed(minval(bounds, bounds > smallest) + last_margin, k)) return
          y = y - alpha(k)*x
          beta(k) = norm2(y)
          if (beta(k) <= cancelled) return
