@@ -451,7 +451,7 @@ contains
       real(wp), contiguous, intent(in) :: null_vectors(:, :)
       real(wp), allocatable :: residual(:, :)
 
-      residual = f - space%matrix%product(x, transposed)
+      allocate (residual, source=f - space%matrix%product(x, transposed))
       if (space%symmetric .and. .not. (space%perturbed .and. space%matrix%rows > space%unknowns)) &
          call subtract(null_vectors, null_vectors, residual)
       call solve(space%solver, transposed, residual, error)

@@ -50,9 +50,9 @@ contains
       logical :: cancelled
 
       if (present(unknowns)) then
-         wanted = unknowns
+         allocate (wanted, source=unknowns)
       else
-         wanted = [(i, i=1, problem%unknowns())]
+         allocate (wanted, source=[(i, i=1, problem%unknowns())])
       end if
       call check_request(problem, frequencies, size(forces, 1), wanted, error)
       if (allocated(error)) return
