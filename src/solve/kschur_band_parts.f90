@@ -9,8 +9,9 @@ module kschur_band_parts
    private
    public :: count_at, part_type
 
-   !> A part with more modes than this is cut.
-   integer, parameter, public :: largest_part = 100
+   !> The largest numbers of modes of a part: solved from a shift in its middle, or from zero (docs/theory.md, section 14); and no
+   !> part with fewer than the least number is cut.
+   integer, parameter, public :: most_about_shift = 200, most_from_zero = 600, least_to_cut = 100
 
    !> A part of a band: the modes with from < omega < to (rad/s).
    type :: part_type
@@ -29,7 +30,7 @@ contains
       class(part_type), intent(in) :: self
       real(wp), parameter :: near_zero = 0.01_wp
 
-      is_lowest = self%from <= near_zero*self%to .and. self%below_from <= largest_part
+      is_lowest = self%from <= near_zero*self%to .and. self%below_from <= least_to_cut
    end function is_lowest
 
    !> Counts the eigenvalues omega^2 < theta ((rad/s)^2) by inertia, zeros included; -1 if that fails.

@@ -4,7 +4,7 @@ module kschur_band_groups
    use kschur_band_damping, only: left_damping_type
    use kschur_band_messages, only: add_counts, receive_part, send_part, share_parts, share_problem, share_thetas
    use kschur_band_part, only: part_modes_type, solve_part
-   use kschur_band_parts, only: count_at, largest_part, part_type
+   use kschur_band_parts, only: count_at, most_from_zero, part_type
    use kschur_context, only: begin_solve => begin, solve_context_type
    use kschur_effort, only: for_count
    use kschur_error, only: error_type
@@ -99,7 +99,7 @@ contains
       number = processes%number
       if (number == 1 .or. problem%unknowns() < processes%distribute()) return
       of_part = options
-      of_part%modes = largest_part
+      of_part%modes = most_from_zero
       call estimate_memory(problem, of_part, estimate, error)
       number = 1
       if (allocated(error)) return
@@ -170,8 +170,8 @@ contains
       self%order = largest_first(parts)
    end subroutine announce
 
-   ! The order in which parts are taken: the lowest first, as the stiffness is factored, then the more modes the earlier, so that
-   ! groups end at about the same time.
+   ! The order in which parts are taken: the lowest first, as it has the most modes, then the more modes the earlier, so that groups
+   ! end at about the same time.
    function largest_first(parts) result(order)
       type(part_type), intent(in) :: parts(:)
       integer, allocatable :: order(:)
