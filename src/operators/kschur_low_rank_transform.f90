@@ -203,7 +203,11 @@ contains
       integer :: needed, k, j
 
       k = self%space%expanded
-      if (k == 0) return
+      if (k == 0) then
+         ! All directions are those of motions already known.
+         allocate (check%undamped%values(0), check%undamped%residuals(0), check%chosen(0))
+         return
+      end if
       call new_projection(check%undamped, self%space, self%space%expanded_responses(), self%forces, self%undamped%map, &
          real(self%undamped%shift, wp), error)
       if (allocated(error)) return
