@@ -1,7 +1,7 @@
 !> Selection of modes from eigenpairs: drops duplicates and spurious pairs, assesses accuracy, keeps those nearest to the target.
 module kschur_mode_selection
    use kschur_backward_error, only: judge_as_given
-   use kschur_eigenpairs, only: eigenpairs_type, keep_pairs, move_pairs, normalize
+   use kschur_eigenpairs, only: eigenpairs_type, move_pairs, normalize
    use kschur_kinds, only: wp
    use kschur_modes, only: eigenvalues_of, modes_type
    use kschur_problem, only: modal_problem_type
@@ -67,7 +67,7 @@ contains
       !> Moved to the modes.
       type(eigenpairs_type), intent(inout) :: pairs
       type(modes_type), intent(inout) :: modes
-      logical, allocatable :: accepted(:), mirrored(:), repeated(:)
+      logical, allocatable :: accepted(:), mirrored(:), repeated(:), below(:)
       ! Inaccurate pairs that were dropped as there are too many eigenvalues.
       logical, allocatable :: inaccurate(:)
       integer, allocatable :: order(:)
@@ -75,9 +75,6 @@ contains
 
       if (.not. allocated(pairs%paired)) allocate (pairs%paired(size(pairs%lambda)), source=.false.)
       if (allocated(problem%loss)) then
-         ! With H, eigenvalues below the real axis are no conjugates: they belong to the problem with -H. Those next to it may have
-         ! been moved there, and stay until they are polished.
-         call keep_pairs(pairs, aimag(pairs%lambda) >= -blurred_value*abs(pairs%lambda))
          pairs%paired = .false.
       end if
       k = size(pairs%lambda) - request%rigid
@@ -93,9 +90,13 @@ contains
       !$omp end parallel do
       call correct_eigenvalues(problem, pairs, request%rigid, request%refined, modes%backward_error, modes%error_bound, &
          modes%uncertainty)
+      allocate (below(size(pairs%lambda)), source=.false.)
+      ! With H, eigenvalues below the real axis are no conjugates: they belong to the problem with -H. Those next to it may have been
+      ! moved there, and stay until they are polished.
+      if (allocated(problem%loss)) below = aimag(pairs%lambda) < -max(blurred_value*abs(pairs%lambda), modes%uncertainty)
       allocate (repeated, source=repeats_rigid_motion(problem, pairs, k, request%rigid, request%reference, request%zero_noise))
       allocate (accepted(size(pairs%lambda)), source=.true.)
-      accepted(:k) = .not. (mirrored .or. repeated)
+      accepted(:k) = .not. (mirrored .or. repeated .or. below(:k))
       call drop_infinite()
       call select_nearest(pairs%lambda)
       modes%unlisted = pack(pairs%lambda, inaccurate)
@@ -135,7 +136,7 @@ contains
          associate (errors => modes%backward_error, lambda => pairs%lambda)
             limit = max(largest_rate(problem), &
                far_factor*max(request%reference, maxval(abs(lambda), accepted .and. errors <= spurious)))
-            infinite = errors > spurious .and. .not. abs(lambda) <= limit
+            infinite = errors > spurious .and. .not. (abs(lambda) <= limit .or. below)
             accepted = accepted .and. .not. infinite
             allocate (inaccurate, source=accepted .and. errors > spurious .and. &
                eigenvalues_of(lambda, accepted) > request%max_eigenvalues)

@@ -8,7 +8,8 @@ module kschur_eigenvalue_correction
    use kschur_products, only: multiply_pairs, pairs_at_once, products_type
    use kschur_residual_parts, only: residual_part, residual_parts
    use kschur_sparse, only: csr_matrix_type, transpose_csr
-   use kschur_tolerances, only: accepted_backward_error, blurred_value, cancelled, correctable, real_tolerance, spurious
+   use kschur_tolerances, only: accepted_backward_error, blurred_value, cancelled, correctable, real_tolerance, rounding_of_entry, &
+      spurious
    implicit none
    private
    public :: correct_eigenvalues
@@ -26,7 +27,7 @@ contains
       type(eigenpairs_type), intent(inout) :: pairs
       !> Number of rigid motions and their decays, the last pairs: their eigenvalues are known and stay.
       integer, intent(in) :: rigid
-      !> Whether eigenvalues are refined: they stay as they are.
+      !> Whether eigenvalues are refined: they stay as they are, but for rounding off the real axis.
       logical, intent(in) :: refined
       !> Backward errors of the corrected pairs.
       real(wp), allocatable, intent(out) :: errors(:)
@@ -63,6 +64,9 @@ contains
                if (problem%damping_kind == damping_none .and. .not. allocated(problem%loss)) &
                   call move_eigenvalue(problem, pairs, j, nearer_axis(pairs%lambda(j)), blurred_value)
                call move_to_real_axis(j)
+            else if (j <= k - rigid .and. allocated(problem%loss)) then
+               ! Rounding alone may put a real one below the axis, where it would be none.
+               call move_eigenvalue(problem, pairs, j, cmplx(real(pairs%lambda(j), wp), 0, wp), rounding_of_entry)
             end if
             if (pairs%paired(j) .and. .not. abs(aimag(pairs%lambda(j))) > 0) then
                double_real = [double_real, j]
