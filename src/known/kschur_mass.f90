@@ -7,7 +7,7 @@ module kschur_mass
    use kschur_mass_bound, only: bound_smallest_eigenvalue
    use kschur_solver_choice, only: inner_solvers_type
    use kschur_sparse, only: csr_matrix_type
-   use kschur_tolerances, only: least_of_mass, usual_least_of_mass
+   use kschur_tolerances, only: least_of_mass, rounding_of_sums, usual_least_of_mass
    implicit none
    private
    public :: examine_mass
@@ -24,7 +24,7 @@ contains
       type(inner_solvers_type), intent(in) :: inner
       !> Whether no eigenvalue is negative.
       logical, intent(out) :: semidefinite
-      !> Number of zero eigenvalues; those of empty rows alone where no factorization counts them.
+      !> Number of eigenvalues that are zero to rounding; of empty rows alone where no factorization counts them.
       integer, intent(out) :: nullity
       !> Lower bound of the eigenvalues on the unknowns that have mass, scaled to unit diagonal; zero: none was proved.
       real(wp), intent(out) :: smallest
@@ -58,6 +58,27 @@ contains
       if (present(effort)) call effort%add_factors(solver, for_mass)
       if (solver%negative_pivots < 0) return
       semidefinite = solver%negative_pivots == 0
-      nullity = solver%null_pivots
+      if (.not. semidefinite) return
+      nullity = max(nullity, solver%null_pivots)
+      ! Rounding may leave a small pivot in the place of zero.
+      call solver%factorize(with_less_diagonal(mass), structure, error)
+      if (allocated(error)) then
+         if (error%code == error_singular) deallocate (error)
+         return
+      end if
+      if (present(effort)) call effort%add_factors(solver, for_mass)
+      nullity = max(nullity, count(.not. mass%row_maxima() > 0) + solver%negative_pivots)
    end subroutine examine_mass
+
+   ! A matrix whose diagonal is smaller by rounding, so that eigenvalues are negative that are zero to rounding, in any units.
+   type(csr_matrix_type) function with_less_diagonal(matrix) result(less)
+      type(csr_matrix_type), intent(in) :: matrix
+      integer :: i, k
+
+      less = matrix
+      do i = 1, less%rows
+         k = less%place_of(i, i)
+         if (k > 0) less%value(k) = (1 - rounding_of_sums)*less%value(k)
+      end do
+   end function with_less_diagonal
 end module kschur_mass
