@@ -91,8 +91,8 @@ contains
       call correct_eigenvalues(problem, pairs, request%rigid, request%refined, modes%backward_error, modes%error_bound, &
          modes%uncertainty)
       allocate (below(size(pairs%lambda)), source=.false.)
-      ! With H, eigenvalues below the real axis are no conjugates: they belong to the problem with -H. Those next to it may have been
-      ! moved there, and stay until they are polished.
+      ! With H, eigenvalues below the real axis are no conjugates: they belong to the problem with -H. Those that errors may have
+      ! moved there stay until they are polished.
       if (allocated(problem%loss)) below = aimag(pairs%lambda) < -max(blurred_value*abs(pairs%lambda), modes%uncertainty)
       allocate (repeated, source=repeats_rigid_motion(problem, pairs, k, request%rigid, request%reference, request%zero_noise))
       allocate (accepted(size(pairs%lambda)), source=.true.)
