@@ -93,16 +93,16 @@ contains
          rounding = rounding*products%length(l)*level_of(lambda, [norms(:2), merge(0.0_wp, norms(3), is_motion)])
          ! With constraints the reactions take part in the balance of M and R, so that its residual says nothing.
          if (is_motion) residual = merge(0.0_wp, products%norm_of_forces(l, [lambda**2, lambda], 0.0_wp), norms(4) > 0)
-         bound = bound_of(max(residual, rounding)*products%length(l) + products%effect(l))
+         bound = bound_of(max(residual, rounding)*products%length(l) + products%effect(l), rounding*products%length(l))
       end if
 
    contains
 
       ! Bounds the distance (1/s) of lambda from a root of phi^T P(lambda) phi, a quadratic with an error of at most `force`: about
       ! force/|slope|, up to twice that where both roots move towards each other, and sqrt(force/inertia) where they may have met,
-      ! as at critical damping. NaN if there is no bound.
-      real(wp) function bound_of(force) result(bound)
-         real(wp), intent(in) :: force
+      ! as at critical damping, where the rounding of the residual counts, too. NaN if there is no bound.
+      real(wp) function bound_of(force, rounding) result(bound)
+         real(wp), intent(in) :: force, rounding
          complex(xp) :: forms(3)
          real(wp) :: slope, inertia, gap
 
@@ -111,11 +111,11 @@ contains
          inertia = abs(cmplx(forms(1), kind=wp))
          bound = ieee_value(1.0_wp, ieee_quiet_nan)
          if (.not. slope + sqrt(inertia*force) > 0) return
-         gap = slope**2 - 4*inertia*force
+         gap = slope**2 - 4*inertia*(force + rounding)
          if (gap > 0) then
             bound = 2*force/(slope + sqrt(gap))
          else
-            bound = sqrt(force/inertia)
+            bound = sqrt((force + rounding)/inertia)
          end if
          bound = max(bound, epsilon(1.0_wp)*abs(lambda))
       end function bound_of
