@@ -45,8 +45,8 @@ contains
    end function constraint_factors
 
    !> Median of sqrt(k/m) over unknowns with diagonal stiffness, of K and H, and mass (1/s), up to a factor of two: independent of
-   !> units, and of a few very stiff or heavy unknowns. Without stiffness from damping and mass, without mass from stiffness and
-   !> damping, else 1.
+   !> units, and of a few very stiff or heavy unknowns. Without stiffness from damping, or else gyroscopic forces, and mass, without
+   !> mass from stiffness and damping, else 1.
    pure real(wp) function typical_rate(problem) result(rate)
       type(modal_problem_type), intent(in) :: problem
       real(wp), dimension(problem%unknowns()) :: mass, other
@@ -61,6 +61,8 @@ contains
          power = 1
       else if (.not. any(mass > 0 .and. other > 0)) then
          other = abs(problem%damping%diagonal())
+         ! Gyroscopic forces have no diagonal.
+         if (.not. any(mass > 0 .and. other > 0)) other = problem%damping%row_maxima()
          power = 1
       end if
       rate = 1
