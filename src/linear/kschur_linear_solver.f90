@@ -32,6 +32,8 @@ module kschur_linear_solver
       !> replaced by small ones (soft springs), which do not change solutions if the forces are orthogonal to the null space.
       !> Solvers that cannot do so fail.
       logical :: singular = .false.
+      !> The matrix is regular: no pivot is taken as null because it is small beside the whole matrix, as units may differ by rows.
+      logical :: regular = .false.
    contains
       !> Node of each of n unknowns; arbitrary for multipliers.
       procedure :: nodes

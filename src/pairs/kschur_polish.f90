@@ -7,7 +7,7 @@ module kschur_polish
    use kschur_gram_schmidt_complex, only: orthonormalize
    use kschur_kinds, only: long, wp, xp
    use kschur_lapack, only: zgesvd
-   use kschur_linear_solver, only: complex_linear_solver_type
+   use kschur_linear_solver, only: complex_linear_solver_type, matrix_structure_type
    use kschur_memory, only: require_memory
    use kschur_outcome, only: inaccurate_above
    use kschur_problem, only: modal_problem_type
@@ -36,6 +36,8 @@ module kschur_polish
       logical :: refines = .false.
       !> The factors at the present shift.
       class(complex_linear_solver_type), allocatable :: solver
+      ! Whether no constraint follows from others, so that the matrix is regular beside eigenvalues.
+      logical, private :: regular = .false.
       ! Scale factor of each constraint.
       real(wp), allocatable, private :: factors(:)
       ! M, R and K, the latter with constraints; not allocated before the first cluster.
@@ -71,16 +73,19 @@ module kschur_polish
 contains
 
    !> Sets the tolerance and the solver.
-   subroutine begin(self, factors, tolerance, solver)
+   subroutine begin(self, factors, redundant, tolerance, solver)
       class(polisher_type), intent(out) :: self
       !> Scale factor of each constraint.
       real(wp), intent(in) :: factors(:)
+      !> Number of constraints that follow from others.
+      integer, intent(in) :: redundant
       !> Backward error to reach.
       real(wp), intent(in) :: tolerance
       !> A prototype, of which a copy factors.
       class(complex_linear_solver_type), intent(in) :: solver
 
       self%tolerance = tolerance
+      self%regular = redundant == 0
       allocate (self%factors, source=factors)
       allocate (self%solver, source=solver)
    end subroutine begin
@@ -100,6 +105,7 @@ contains
       ! Factors of the spread, and of the disc, within which the matrix is singular to rounding; and the largest part of the gap, by
       ! which a step reduces what lies beyond it.
       real(wp), parameter :: spread_factor = 1.5_wp, disc_factor = 10, gap_fraction = 1/30.0_wp
+      type(matrix_structure_type) :: structure
       real(wp) :: distance, unit
 
       if (.not. allocated(self%blocks)) then
@@ -114,7 +120,9 @@ contains
          distance = max(distance, min(largest_offset*unit, gap_fraction*cluster%gap))
       distance = max(distance, min(disc_factor*cluster%disc, gap_fraction*cluster%gap))
       shift = cluster%centre + distance
-      call self%solver%factorize(shifted_saddle(problem, self%blocks, shift), saddle_structure(problem), error)
+      structure = saddle_structure(problem)
+      structure%regular = self%regular
+      call self%solver%factorize(shifted_saddle(problem, self%blocks, shift), structure, error)
    end subroutine factor_beside
 
    !> Computes the eigenpairs of a cluster by subspace iteration, from the states [x; lambda x/u], u = |s|, of its members, and from

@@ -16,7 +16,7 @@ module kschur_finishing
    use kschur_shapes, only: independent_part, independent_parts
    use kschur_split, only: cluster_type, split
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_tolerances, only: cancelled, dependent_state, equal_value, known_well, no_correct_digits, rounding_of_row, &
+   use kschur_tolerances, only: cancelled, dependent_state, equal_value, root_epsilon, no_correct_digits, rounding_of_row, &
       same_shape, same_value, uneven
    implicit none
    private
@@ -188,8 +188,8 @@ contains
 
       allocate (replaced(size(modes%lambda)), source=.false.)
       if (size(clusters) == 0) return
-      call polisher%begin(constraint_factors(s%work, s%options%constraint_scaling, s%shift), s%options%good_enough(), &
-         s%inner%complex)
+      call polisher%begin(constraint_factors(s%work, s%options%constraint_scaling, s%shift), &
+         s%known%redundant - s%plan%redundant, s%options%good_enough(), s%inner%complex)
       polisher%refines = refines
       found = chosen_pairs(modes, replaced)
       allocate (found%paired(0))
@@ -265,7 +265,7 @@ contains
                certain = pack(certain, .not. lost .and. (found_again .or. independent))
                accepted = polished%complete .and. polished%eigenvalues <= number_before .and. &
                   polished%eigenvalues >= cluster%count_eigenvalues(certain) .and. size(polished%pairs%lambda) >= size(certain)
-               accepted = accepted .and. ((polished%residual <= known_well .and. &
+               accepted = accepted .and. ((polished%residual <= root_epsilon .and. &
                   polished%worst() <= max(rounding_of_row, worst_before)) .or. &
                   (credible .and. .not. (all(found_again) .and. polished%eigenvalues == number_before)))
             else

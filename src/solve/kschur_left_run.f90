@@ -178,8 +178,8 @@ contains
       allocate (errors, source=max(modes%backward_error, backward_errors(s%work, pairs)))
       if (found%reason /= reason_cancelled) then
          allocate (polisher)
-         call polisher%begin(constraint_factors(adjoint%work, s%options%constraint_scaling, s%shift), above_all_rounding, &
-            s%inner%complex)
+         call polisher%begin(constraint_factors(adjoint%work, s%options%constraint_scaling, s%shift), &
+            adjoint%known%redundant, above_all_rounding, s%inner%complex)
          polisher%reference = max(s%reference(), first_scale(adjoint%work))
       end if
       call find_left_pairs(s%work, adjoint%work, adjoint%contract(found), pairs, errors, left, s%effort, error, polisher)

@@ -21,7 +21,8 @@ module kschur_tolerances
    real(wp), parameter, public :: dependent = 1.0e-10_wp
    !> Square root of epsilon: relative rounding level of quantities that enter by their squares (a norm in an energy or a Ritz
    !> value), and of forces below this fraction of their terms in every row, whose rounding a row of large units would hide.
-   !> Also the regularisation of constraints, midway between rounding and the stiffness.
+   !> Also the residual at which refinement has settled, and the regularisation of constraints, midway between rounding and the
+   !> stiffness.
    real(wp), parameter, public :: root_epsilon = 1.0e-8_wp
    !> Lower bound of entries relative to the largest, when magnitudes of terms are summed: a smaller entry may be a rounding
    !> error of the largest one. Times `cancelled` it is some epsilon of the largest.
@@ -127,7 +128,7 @@ module kschur_tolerances
    !> Largest backward error of an accepted solution: the default tolerance of the iteration.
    real(wp), parameter, public :: accepted_backward_error = 1.0e-12_wp
    !> Residual, relative to the Ritz value, at which a symmetric Ritz value is accurate to its square (Parlett, The Symmetric
-   !> Eigenvalue Problem, 1998, section 11.7), refinement has settled, and above which a singular system is inconsistent.
+   !> Eigenvalue Problem, 1998, section 11.7), and above which a singular system is inconsistent.
    real(wp), parameter, public :: known_well = 1.0e-6_wp
    !> A number with a larger relative error has no correct digits; also a sufficient relative gap for a count. Chosen.
    real(wp), parameter, public :: no_correct_digits = 1.0e-2_wp
