@@ -16,7 +16,8 @@ contains
 
    !> Tests whether a mass matrix is semidefinite, and so an inner product on the motions that have mass, and counts its zero
    !> eigenvalues. First by the bound of its smallest eigenvalue, which proves masses of finite elements definite with some dozens
-   !> of products; otherwise by the inertia of a factorization; without a solver that counts pivots, by the smallest Ritz value,
+   !> of products; otherwise by inertia, with a diagonal larger and one smaller by rounding, so that eigenvalues that are zero to
+   !> rounding, in any units, are not negative, and count as zero; without a solver that counts pivots, by the smallest Ritz value,
    !> which rejects semidefinite matrices with eigenvalues near zero, too.
    subroutine examine_mass(mass, inner, semidefinite, nullity, smallest, poor, error, effort)
       !> Symmetric.
@@ -35,6 +36,7 @@ contains
       class(real_linear_solver_type), allocatable :: solver
       type(matrix_structure_type) :: structure
       logical :: seems_definite
+      integer :: negative
 
       smallest = 0
       poor = .false.
@@ -49,36 +51,41 @@ contains
       if (.not. allocated(inner%counting)) return
       structure%symmetric = .true.
       allocate (solver, source=inner%counting)
-      call solver%factorize(mass, structure, error)
-      if (allocated(error)) then
-         ! A solver of the user's may fail so where M is semidefinite.
-         if (error%code == error_singular) deallocate (error)
-         return
-      end if
-      if (present(effort)) call effort%add_factors(solver, for_mass)
-      if (solver%negative_pivots < 0) return
-      semidefinite = solver%negative_pivots == 0
+      call count_negative(1 + rounding_of_sums)
+      if (allocated(error) .or. negative < 0) return
+      semidefinite = negative == 0
       if (.not. semidefinite) return
-      nullity = max(nullity, solver%null_pivots)
-      ! Rounding may leave a small pivot in the place of zero.
-      call solver%factorize(with_less_diagonal(mass), structure, error)
-      if (allocated(error)) then
-         if (error%code == error_singular) deallocate (error)
-         return
-      end if
-      if (present(effort)) call effort%add_factors(solver, for_mass)
-      nullity = max(nullity, count(.not. mass%row_maxima() > 0) + solver%negative_pivots)
+      call count_negative(1 - rounding_of_sums)
+      nullity = nullity + max(negative, 0)
+
+   contains
+
+      ! Counts the negative eigenvalues of M with another diagonal; -1 if that fails.
+      subroutine count_negative(factor)
+         real(wp), intent(in) :: factor
+
+         negative = -1
+         call solver%factorize(with_diagonal_times(factor, mass), structure, error)
+         if (allocated(error)) then
+            ! A solver of the user's may fail so where M is semidefinite.
+            if (error%code == error_singular) deallocate (error)
+            return
+         end if
+         if (present(effort)) call effort%add_factors(solver, for_mass)
+         negative = solver%negative_pivots
+      end subroutine count_negative
    end subroutine examine_mass
 
-   ! A matrix whose diagonal is smaller by rounding, so that eigenvalues are negative that are zero to rounding, in any units.
-   type(csr_matrix_type) function with_less_diagonal(matrix) result(less)
+   ! A matrix with another diagonal.
+   type(csr_matrix_type) function with_diagonal_times(factor, matrix) result(changed)
+      real(wp), intent(in) :: factor
       type(csr_matrix_type), intent(in) :: matrix
       integer :: i, k
 
-      less = matrix
-      do i = 1, less%rows
-         k = less%place_of(i, i)
-         if (k > 0) less%value(k) = (1 - rounding_of_sums)*less%value(k)
+      changed = matrix
+      do i = 1, changed%rows
+         k = changed%place_of(i, i)
+         if (k > 0) changed%value(k) = factor*changed%value(k)
       end do
-   end function with_less_diagonal
+   end function with_diagonal_times
 end module kschur_mass
