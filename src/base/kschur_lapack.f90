@@ -4,7 +4,7 @@ module kschur_lapack
    implicit none
    private
    public :: dnrm2, dznrm2, dgees, dgelsy, dgemm, dgemv, dgeqp3, dgesv, dgesvd, dorgqr, dormqr, dpstrf, dsyevd, dsygv, &
-      dtrevc, dtrsen, dtrsm, zgees, zgemm, zgemv, zgesv, zgesvd, ztrevc, ztrsen
+      dtrevc, dtrsen, dtrsm, dtrsna, zgees, zgemm, zgemv, zgesv, zgesvd, ztrevc, ztrsen
 
    interface
       !> C := alpha op(A) op(B) + beta C.
@@ -125,6 +125,17 @@ module kschur_lapack
          integer, intent(out) :: m, iwork(*), info
          real(wp), intent(out) :: s, sep
       end subroutine dtrsen
+
+      !> Condition numbers of the eigenvalues of a real quasi-triangular matrix.
+      subroutine dtrsna(job, howmny, select, n, t, ldt, vl, ldvl, vr, ldvr, s, sep, mm, m, work, ldwork, iwork, info)
+         import :: wp
+         character, intent(in) :: job, howmny
+         logical, intent(in) :: select(*)
+         integer, intent(in) :: n, ldt, ldvl, ldvr, mm, ldwork
+         real(wp), intent(in) :: t(ldt, *), vl(ldvl, *), vr(ldvr, *)
+         real(wp), intent(out) :: s(*), sep(*), work(ldwork, *)
+         integer, intent(out) :: m, iwork(*), info
+      end subroutine dtrsna
 
       !> Singular value decomposition of a real matrix.
       subroutine dgesvd(jobu, jobvt, m, n, a, lda, s, u, ldu, vt, ldvt, work, lwork, info)

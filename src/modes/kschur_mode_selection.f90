@@ -74,9 +74,7 @@ contains
       integer :: j, k
 
       if (.not. allocated(pairs%paired)) allocate (pairs%paired(size(pairs%lambda)), source=.false.)
-      if (allocated(problem%loss)) then
-         pairs%paired = .false.
-      end if
+      if (allocated(problem%loss)) pairs%paired = .false.
       k = size(pairs%lambda) - request%rigid
       allocate (mirrored(k), source=.false.)
       if (.not. allocated(problem%loss)) then

@@ -4,7 +4,7 @@ module kschur_dense_eigenpairs
    use kschur_error, only: error_type, error_library, new_error
    use kschur_invariant, only: invariant_type
    use kschur_kinds, only: wp
-   use kschur_lapack, only: dgemm, dgeqp3, dormqr, dpstrf, dtrsm
+   use kschur_lapack, only: dgemm, dgeqp3, dormqr, dpstrf, dtrevc, dtrsm, dtrsna
    use kschur_operator, only: complex_operator_type, real_operator_type, symmetric_operator_type
    use kschur_projected, only: independent_eigenvectors, schur_form, symmetric_eigenvectors
    implicit none
@@ -28,6 +28,8 @@ module kschur_dense_eigenpairs
    contains
       !> Selected eigenvectors of unit norm; real for a self-adjoint operator.
       procedure :: vectors, real_vectors
+      !> Errors of the values by rounding of a real matrix, to first order.
+      procedure :: errors
    end type dense_eigenpairs_type
 
    !> As `general_eigenpairs` for a given matrix, in its own coordinates.
@@ -333,6 +335,29 @@ contains
       end do
       similarity = matmul(r, x)
    end function similarity
+
+   ! Rounding of the matrix by epsilon ||T||_F over the cosine of left and right eigenvectors (Golub, Van Loan, Matrix Computations,
+   ! 2013, section 7.2.2); zero where LAPACK fails, or where there is no Schur form.
+   function errors(self)
+      class(dense_eigenpairs_type), intent(in) :: self
+      real(wp) :: errors(size(self%values))
+      real(wp), allocatable :: t(:, :), left(:, :), right(:, :), work(:), unused(:)
+      logical, allocatable :: all_of_them(:)
+      integer :: k, l, found, info, unused_too(1)
+
+      errors = 0
+      l = size(self%values)
+      if (.not. allocated(self%schur) .or. l == 0) return
+      k = size(self%schur, 1)
+      allocate (t, source=self%schur(k - l + 1:, k - l + 1:))
+      allocate (left(l, l), right(l, l), work(3*l), unused(l))
+      allocate (all_of_them(l), source=.true.)
+      call dtrevc("B", "A", all_of_them, l, t, l, left, l, right, l, l, found, work, info)
+      if (info == 0) call dtrsna("E", "A", all_of_them, l, t, l, left, l, right, l, errors, unused, l, found, work, 1, unused_too, &
+         info)
+      ! The cosines are zero where eigenvectors are parallel.
+      errors = merge(epsilon(1.0_wp)*norm2(t)/max(errors, epsilon(1.0_wp)**2), 0.0_wp, info == 0)
+   end function errors
 
    function vectors(self, chosen)
       class(dense_eigenpairs_type), intent(in) :: self

@@ -88,9 +88,10 @@ contains
          if (converged < size(chosen)) then
             if (.not. abs(values(chosen(converged + 1)) - conjg(values(chosen(converged)))) > 0) converged = converged + 1
          end if
+         if (.not. allocated(self%pairs%complex_schur)) &
+            call set_certificate(self, selection, self%complete .and. .not. may_be_nearer(self, selection, chosen, converged))
          chosen = chosen(:converged)
          allocate (ritz%mu(converged), source=values(chosen))
-         if (.not. allocated(self%pairs%complex_schur)) call set_certificate(self, selection)
       end associate
       if (self%map%oscillator) then
          call take_real(self, chosen, ritz, error)
@@ -105,6 +106,25 @@ contains
          statistics%history = history_type([converged], [statistics%operator_applications], [0.0_wp])
       end associate
    end subroutine iterate
+
+   ! Whether a value behind the first ones, of which rounding leaves no digit, may belong to an eigenvalue nearer to the target than
+   ! these: |1/theta - away| >= (|1 - away theta| - |away| error)/(|theta| + error), away = target - shift.
+   logical function may_be_nearer(self, selection, chosen, first) result(may_be)
+      class(dense_transform_type), intent(in) :: self
+      type(modal_selection_type), intent(in) :: selection
+      !> Positions of values, the nearest first, and how many are taken.
+      integer, intent(in) :: chosen(:), first
+      real(wp) :: errors(size(self%pairs%values)), least_distance(size(chosen) - first)
+
+      may_be = .false.
+      if (size(chosen) == first .or. first == 0 .or. self%map%oscillator) return
+      errors = self%pairs%errors()
+      associate (values => self%pairs%values(chosen(first + 1:)), error => errors(chosen(first + 1:)), &
+         away => selection%target - self%shift, reach => selection%key(self%pairs%values(chosen(first))))
+         least_distance = max(0.0_wp, abs(1 - away*values) - abs(away)*error)/(abs(values) + error)
+         may_be = any(error >= abs(values) .and. least_distance < reach)
+      end associate
+   end function may_be_nearer
 
    ! Computes all eigenpairs, and whether they are known to be complete.
    subroutine compute(self, error)
@@ -161,13 +181,14 @@ contains
    end subroutine compute_complex
 
    ! Certifies the iteration if all eigenvalues are known: sets their distances from the target.
-   subroutine set_certificate(self, selection)
+   subroutine set_certificate(self, selection, complete)
       class(dense_transform_type), intent(inout) :: self
       type(modal_selection_type), intent(in) :: selection
+      logical, intent(in) :: complete
       real(wp) :: distances(2, size(self%pairs%values))
       integer :: i, each
 
-      self%certificate%verdict = merge(certified_yes, certified_unknown, self%complete)
+      self%certificate%verdict = merge(certified_yes, certified_unknown, complete)
       self%certificate%reach = huge(1.0_wp)
       each = merge(2, 1, self%map%oscillator)
       do i = 1, size(distances, 2)
