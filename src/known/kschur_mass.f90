@@ -6,7 +6,7 @@ module kschur_mass
    use kschur_linear_solver, only: matrix_structure_type, real_linear_solver_type
    use kschur_mass_bound, only: bound_smallest_eigenvalue
    use kschur_solver_choice, only: inner_solvers_type
-   use kschur_sparse, only: csr_matrix_type
+   use kschur_sparse, only: csr_matrix_type, rows_of_csr, transpose_csr
    use kschur_tolerances, only: least_of_mass, rounding_of_sums, usual_least_of_mass
    implicit none
    private
@@ -35,8 +35,9 @@ contains
       class(effort_type), optional, intent(inout) :: effort
       class(real_linear_solver_type), allocatable :: solver
       type(matrix_structure_type) :: structure
+      type(csr_matrix_type) :: part
       logical :: seems_definite
-      integer :: negative
+      integer :: negative, i
 
       smallest = 0
       poor = .false.
@@ -49,7 +50,12 @@ contains
       ! Where no factors count pivots.
       semidefinite = seems_definite
       if (.not. allocated(inner%counting)) return
+      ! Without empty rows, where pivots are zero, the counts can be proved.
+      associate (with_mass => pack([(i, i=1, mass%rows)], mass%row_maxima() > 0))
+         part = rows_of_csr(transpose_csr(rows_of_csr(mass, with_mass)), with_mass)
+      end associate
       structure%symmetric = .true.
+      structure%regular = .true.
       allocate (solver, source=inner%counting)
       call count_negative(1 + rounding_of_sums)
       if (allocated(error) .or. negative < 0) return
@@ -65,7 +71,7 @@ contains
          real(wp), intent(in) :: factor
 
          negative = -1
-         call solver%factorize(with_diagonal_times(factor, mass), structure, error)
+         call solver%factorize(with_diagonal_times(factor, part), structure, error)
          if (allocated(error)) then
             ! A solver of the user's may fail so where M is semidefinite.
             if (error%code == error_singular) deallocate (error)

@@ -38,6 +38,7 @@ contains
       if (.not. allocated(self%column)) return
       associate (known => self%structure)
          matches = (known%symmetric .eqv. structure%symmetric) .and. known%multipliers == structure%multipliers .and. &
+            (known%regular .eqv. structure%regular) .and. &
             are_same(known%node, structure%node) .and. are_same(known%position, structure%position) .and. &
             are_same(self%row_start, row_start) .and. are_same(self%column, column)
       end associate

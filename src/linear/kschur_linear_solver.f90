@@ -33,6 +33,7 @@ module kschur_linear_solver
       !> Solvers that cannot do so fail.
       logical :: singular = .false.
       !> The matrix is regular: no pivot is taken as null because it is small beside the whole matrix, as units may differ by rows.
+      !> One that is zero is an error then; solvers may ignore it.
       logical :: regular = .false.
    contains
       !> Node of each of n unknowns; arbitrary for multipliers.

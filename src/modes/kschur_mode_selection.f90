@@ -58,9 +58,9 @@ contains
 
    !> Makes modes from eigenpairs: conjugate pairs once, duplicates dropped, nearest to the target first, at most as many as are
    !> asked for. Keeps inaccurate pairs among the nearest, so that they can be refined, and does not compute the errors of zeros;
-   !> with losses also keeps those next to the real axis below it, which `drop_spurious` drops once they are accurate. Sets the
-   !> number found, as `unlisted` the inaccurate pairs that are dropped because there are more pairs than finite eigenvalues, and as
-   !> `infinite` those of infinite eigenvalues.
+   !> with losses also keeps those below the real axis that errors may have moved there, which `drop_spurious` drops once they are
+   !> accurate. Sets the number found, as `unlisted` the inaccurate pairs that are dropped because there are more pairs than finite
+   !> eigenvalues, and as `infinite` those of infinite eigenvalues.
    subroutine judge_pairs(problem, request, pairs, modes)
       type(modal_problem_type), intent(in) :: problem
       type(mode_request_type), intent(in) :: request
@@ -91,7 +91,8 @@ contains
       allocate (below(size(pairs%lambda)), source=.false.)
       ! With H, eigenvalues below the real axis are no conjugates: they belong to the problem with -H. Those that errors may have
       ! moved there stay until they are polished.
-      if (allocated(problem%loss)) below = aimag(pairs%lambda) < -max(blurred_value*abs(pairs%lambda), modes%uncertainty)
+      if (allocated(problem%loss)) below = aimag(pairs%lambda) < -max(blurred_value*abs(pairs%lambda), &
+         merge(modes%uncertainty, 0.0_wp, modes%backward_error <= spurious))
       allocate (repeated, source=repeats_rigid_motion(problem, pairs, k, request%rigid, request%reference, request%zero_noise))
       allocate (accepted(size(pairs%lambda)), source=.true.)
       accepted(:k) = .not. (mirrored .or. repeated .or. below(:k))

@@ -101,8 +101,8 @@ contains
       ! Bounds the distance (1/s) of lambda from a root of phi^T P(lambda) phi, a quadratic with an error of at most `force`: about
       ! force/|slope|, up to twice that where both roots move towards each other, and sqrt(force/inertia) where they may have met,
       ! as at critical damping, where the rounding of the residual counts, too. NaN if there is no bound.
-      real(wp) function bound_of(force, rounding) result(bound)
-         real(wp), intent(in) :: force, rounding
+      real(wp) function bound_of(force, of_rounding) result(bound)
+         real(wp), intent(in) :: force, of_rounding
          complex(xp) :: forms(3)
          real(wp) :: slope, inertia, gap
 
@@ -111,11 +111,11 @@ contains
          inertia = abs(cmplx(forms(1), kind=wp))
          bound = ieee_value(1.0_wp, ieee_quiet_nan)
          if (.not. slope + sqrt(inertia*force) > 0) return
-         gap = slope**2 - 4*inertia*(force + rounding)
+         gap = slope**2 - 4*inertia*(force + of_rounding)
          if (gap > 0) then
             bound = 2*force/(slope + sqrt(gap))
          else
-            bound = sqrt((force + rounding)/inertia)
+            bound = sqrt((force + of_rounding)/inertia)
          end if
          bound = max(bound, epsilon(1.0_wp)*abs(lambda))
       end function bound_of

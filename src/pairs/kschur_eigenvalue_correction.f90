@@ -8,7 +8,7 @@ module kschur_eigenvalue_correction
    use kschur_products, only: multiply_pairs, pairs_at_once, products_type
    use kschur_residual_parts, only: residual_part, residual_parts
    use kschur_sparse, only: csr_matrix_type, transpose_csr
-   use kschur_tolerances, only: accepted_backward_error, blurred_value, cancelled, correctable, real_tolerance, rounding_of_entry, &
+   use kschur_tolerances, only: accepted_backward_error, blurred_value, cancelled, correctable, real_tolerance, rounding_of_row, &
       spurious
    implicit none
    private
@@ -66,7 +66,7 @@ contains
                call move_to_real_axis(j)
             else if (j <= k - rigid .and. allocated(problem%loss)) then
                ! Rounding alone may put a real one below the axis, where it would be none.
-               call move_eigenvalue(problem, pairs, j, cmplx(real(pairs%lambda(j), wp), 0, wp), rounding_of_entry)
+               call move_eigenvalue(problem, pairs, j, cmplx(real(pairs%lambda(j), wp), 0, wp), rounding_of_row)
             end if
             if (pairs%paired(j) .and. .not. abs(aimag(pairs%lambda(j))) > 0) then
                double_real = [double_real, j]

@@ -58,10 +58,11 @@ contains
       power = 2
       if (problem%mass%is_zero()) then
          mass = abs(problem%damping%diagonal())
+         ! Gyroscopic forces have no diagonal.
+         if (.not. any(mass > 0 .and. other > 0)) mass = problem%damping%row_maxima()
          power = 1
       else if (.not. any(mass > 0 .and. other > 0)) then
          other = abs(problem%damping%diagonal())
-         ! Gyroscopic forces have no diagonal.
          if (.not. any(mass > 0 .and. other > 0)) other = problem%damping%row_maxima()
          power = 1
       end if

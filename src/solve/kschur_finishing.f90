@@ -16,7 +16,7 @@ module kschur_finishing
    use kschur_shapes, only: independent_part, independent_parts
    use kschur_split, only: cluster_type, split
    use kschur_spectral_map, only: spectral_map_type
-   use kschur_tolerances, only: cancelled, dependent_state, equal_value, root_epsilon, no_correct_digits, rounding_of_row, &
+   use kschur_tolerances, only: cancelled, dependent_state, equal_value, no_correct_digits, root_epsilon, rounding_of_row, &
       same_shape, same_value, uneven
    implicit none
    private
