@@ -198,12 +198,14 @@ contains
       if (.not. allocated(error)) call report(s, options, modes, result, error)
    end subroutine solve_prepared
 
-   ! Whether modes are counted without being asked: those of small problems of which some were refined, as copies may be lost then.
+   ! Whether modes are counted without being asked: those of small problems of which some were refined, as copies may be lost then,
+   ! and those of the low-rank form, which knows undamped modes only: local forces may move one of another distance to the target.
    logical function should_count(s, modes)
       type(solve_context_type), intent(in) :: s
       type(modes_type), intent(in) :: modes
 
-      should_count = is_small(s) .and. s%effort%factorizations_for(for_refinement) > 0 .and. &
+      should_count = s%effort%factorizations_for(for_refinement) > 0 .or. s%formulation == formulation_low_rank
+      should_count = should_count .and. is_small(s) .and. &
          .not. (modes%certified == certified_yes .or. s%options%uncounted .or. s%options%method == method_arpack)
    end function should_count
 
