@@ -1,5 +1,5 @@
 /* What memory the system has, and by a trial mapping whether it grants some. The mapping is not touched: Linux assigns
- * pages only at the first access. */
+ * pages only at the first access. And what malloc keeps goes back to the system. */
 #define _DEFAULT_SOURCE
 #include <stddef.h>
 #include <stdint.h>
@@ -7,6 +7,9 @@
 #if defined(__unix__) || defined(__APPLE__)
 #include <sys/mman.h>
 #include <unistd.h>
+#endif
+#ifdef __GLIBC__
+#include <malloc.h>
 #endif
 
 /* Returns whether `bytes` bytes of address space can be mapped now. */
@@ -37,4 +40,12 @@ double kschur_machine_memory(void)
    if (pages > 0 && bytes > 0) return (double)pages*(double)bytes;
 #endif
    return 0;
+}
+
+/* Returns to the system the pages of memory that has been freed. malloc keeps them for what fits between. */
+void kschur_return_memory(void)
+{
+#ifdef __GLIBC__
+   malloc_trim(0);
+#endif
 }

@@ -7,7 +7,7 @@ module kschur_memory
    use kschur_text, only: text
    implicit none
    private
-   public :: machine_memory, require_memory
+   public :: machine_memory, require_memory, return_memory
 
    !> Bytes of an integer, a real number of either precision and a complex one; the unit of messages.
    real(wp), parameter, public :: integer_bytes = storage_size(1)/8, real_bytes = storage_size(1.0_wp)/8, &
@@ -24,6 +24,10 @@ module kschur_memory
       real(c_double) function c_machine_memory() bind(c, name="kschur_machine_memory")
          import :: c_double
       end function c_machine_memory
+
+      !> Returns freed memory to the system, which malloc would keep: for use before large allocations.
+      subroutine return_memory() bind(c, name="kschur_return_memory")
+      end subroutine return_memory
    end interface
 
 contains

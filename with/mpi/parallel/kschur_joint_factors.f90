@@ -6,7 +6,7 @@ module kschur_joint_factors
    use kschur_joint_supernodes, only: joint_supernodes_type
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type
-   use kschur_memory, only: integer_bytes, real_bytes, require_memory
+   use kschur_memory, only: integer_bytes, real_bytes, require_memory, return_memory
    use kschur_monitor, only: monitor_type
    use kschur_processes, only: processes_type, spread_error
    use kschur_shared_fronts, only: common_tree_type
@@ -26,9 +26,10 @@ module kschur_joint_factors
    !> Pivots of all processes.
    type :: pivot_counts_type
       !> That are negative, not positive, not finite; not larger than the bound for zero; of unknowns and multipliers, with the
-      !> sign of the other; all.
-      integer :: negative = 0, not_positive = 0, not_finite = 0, zero = 0, negative_unknowns = 0, positive_multipliers = 0, all = 0
-      !> Whether those of a singular matrix that were replaced follow all multipliers.
+      !> sign of the other; those of a singular matrix that were replaced; all.
+      integer :: negative = 0, not_positive = 0, not_finite = 0, zero = 0, negative_unknowns = 0, positive_multipliers = 0, &
+         replaced = 0, all = 0
+      !> Whether the replaced ones follow all multipliers.
       logical :: nulls_last = .true.
       !> Bytes of the factors in the process that has most.
       integer(long) :: bytes = 0
@@ -251,6 +252,8 @@ contains
       structure%singular = singular
       structure%multipliers = self%multipliers
       self%least = structure%least_pivot()
+      ! Factors and update matrices are too large for what the matrices left free.
+      call return_memory()
       call eliminate(self%matrix, self%symbolic, self%subtrees, side, self%factors, error, monitor, self%least, side /= 0, &
          self%common)
       call spread_error(self%processes%communicator, error)
@@ -261,7 +264,7 @@ contains
       !> A pivot is zero if it is not larger than this fraction of its diagonal entry.
       real(wp), intent(in) :: bound
       type(pivot_counts_type), intent(out) :: counts
-      integer :: here(6), all(6), ends(2), last(2), before, j, k, p
+      integer :: here(7), all(7), ends(2), last(2), before, j, k, p
       integer(long) :: bytes
       real(wp) :: diagonal
 
@@ -278,7 +281,8 @@ contains
          end do
          associate (pivot => self%factors%pivot(j), is_multiplier => self%unknown(k) > self%n - self%multipliers)
             here = here + merge(1, 0, [pivot < 0, .not. pivot > 0, .not. abs(pivot) <= huge(pivot), &
-               .not. abs(pivot) > bound*diagonal, pivot < 0 .and. .not. is_multiplier, pivot > 0 .and. is_multiplier])
+               .not. abs(pivot) > bound*diagonal, pivot < 0 .and. .not. is_multiplier, pivot > 0 .and. is_multiplier, &
+               .not. abs(pivot) > self%least])
             if (.not. abs(pivot) > self%least) ends(1) = max(ends(1), -max(j - before, 0))
             if (is_multiplier) ends(2) = max(ends(2), j - before, 0)
          end associate
@@ -294,6 +298,7 @@ contains
       counts%zero = all(4)
       counts%negative_unknowns = all(5)
       counts%positive_multipliers = all(6)
+      counts%replaced = all(7)
       counts%all = self%n
       counts%nulls_last = -last(1) > last(2)
    end subroutine count_pivots

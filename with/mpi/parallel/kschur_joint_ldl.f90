@@ -74,6 +74,7 @@ contains
       call self%part%drop_matrix()
       self%factor_bytes = counts%bytes
       self%null_pivots = 0
+      self%replaced_pivots = counts%replaced
       self%negative_pivots = counts%negative
       self%description = "ldl: "//trim(merge("quasi-definite    ", "symmetric definite", structure%multipliers > 0))//", "// &
          text(int(self%factor_entries/max(matrix%rows, 1)))//" entries a column, on "//text(self%processes%number)//" processes"

@@ -4,7 +4,7 @@
 module kschur_joint_supernodes
    use kschur_common_supernodes, only: common_supernodes_type, common_updates_type
    use kschur_kinds, only: wp, long
-   use kschur_memory, only: real_bytes
+   use kschur_memory, only: real_bytes, return_memory
    use kschur_monitor, only: is_stopped, monitor_type
    use kschur_enclosure, only: enclosure_type
    use kschur_panel, only: factor_panel
@@ -152,6 +152,8 @@ contains
       type(workspace_type) :: work
       integer :: s, state, status
 
+      ! What the subtrees left free lies between update matrices.
+      call return_memory()
       call make_room(self, front, mine, work, status)
       no_memory = self%any_of(status /= 0)
       state = merge(lacks_memory, goes_on, no_memory)
@@ -162,6 +164,8 @@ contains
          work%no_memory = status /= 0
          if (.not. work%no_memory) call front%add_matrix(matrix, matrix%columns - self%tree%columns())
          call add_subtrees(self, s, front, update, enclosure%side /= 0, work)
+         ! That of the update matrices added.
+         call return_memory()
          associate (first => self%tree%first(s), last => self%tree%first(s + 1) - 1)
             enclosure%rows = size(front%row)
             enclosure%columns = front%columns

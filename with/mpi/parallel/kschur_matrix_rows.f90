@@ -1,9 +1,8 @@
 !> Scatters the rows of a matrix of the first process over all processes, and gathers them there.
 module kschur_matrix_rows
-   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
    use kschur_error, only: error_type
    use kschur_kinds, only: wp
-   use kschur_memory, only: integer_bytes, real_bytes, require_memory
+   use kschur_memory, only: integer_bytes, real_bytes, require_memory, return_memory
    use kschur_processes, only: spread_error
    use kschur_row_ranges, only: row_ranges_type
    use kschur_sparse, only: csr_matrix_type
@@ -12,13 +11,6 @@ module kschur_matrix_rows
    implicit none
    private
    public :: drop_entries, gather_matrix, gather_rows, share_rows
-
-   interface
-      integer(c_int) function c_malloc_trim(kept) bind(c, name="malloc_trim")
-         import :: c_int, c_size_t
-         integer(c_size_t), value :: kept
-      end function c_malloc_trim
-   end interface
 
 contains
 
@@ -85,11 +77,10 @@ contains
    !> happen automatically for memory between other arrays.
    subroutine drop_entries(matrix)
       type(csr_matrix_type), intent(inout) :: matrix
-      integer(c_int) :: ignored
 
       deallocate (matrix%column, matrix%value)
       allocate (matrix%column(0), matrix%value(0))
-      ignored = c_malloc_trim(0_c_size_t)
+      call return_memory()
    end subroutine drop_entries
 
    !> Gathers the whole matrix in the first process. Fails in all processes if it has no memory for it.

@@ -6,7 +6,7 @@ module kschur_row_matrix
    use kschur_halo_matrix, only: halo_matrix_type, new_halo_matrix
    use kschur_kinds, only: wp
    use kschur_matrix_rows, only: drop_entries, gather_rows, share_rows
-   use kschur_memory, only: complex_bytes, real_bytes, require_memory
+   use kschur_memory, only: complex_bytes, real_bytes, require_memory, return_memory
    use kschur_processes, only: are_several, request_length, processes_type, spread_error, request_matrix
    use kschur_row_exchange, only: gather, scatter, send_to_all
    use kschur_row_ranges, only: row_ranges, row_ranges_type
@@ -231,6 +231,8 @@ contains
       if (.not. associated(self%others)) return
       call self%others%send_request([request_matrix, job_give, self%part%number])
       call give_rows(self%part, self%matrix, self%others, error)
+      ! What was freed meanwhile lies between other arrays.
+      call return_memory()
    end subroutine bring_back
 
    ! Gathers the rows in the first process again. Collective.
