@@ -1,5 +1,5 @@
-!> Direct solver for real matrices: uses LDL^T for symmetric definite matrices, also with multipliers, and MUMPS for all others;
-!> both by one process or by several.
+!> Direct solver for real matrices: uses LDL^T for symmetric matrices that are definite, also with multipliers, or indefinite
+!> without growth, and MUMPS for all others; both by one process or by several.
 module kschur_direct_solver
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, add_context, error_cancelled, error_library, error_memory, &

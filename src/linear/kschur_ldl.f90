@@ -1,9 +1,10 @@
-!> Direct solver for real symmetric definite matrices by multifrontal LDL^T in AMD or METIS order. Without pivoting the work and
-!> memory are known in advance.
+!> Direct solver for real symmetric matrices, definite or without growth, by multifrontal LDL^T in AMD or METIS order. Without
+!> pivoting the work and memory are known in advance.
 module kschur_ldl
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_singular, error_usage
    use kschur_fronts, only: supernodal_factors_type
+   use kschur_growth, only: add_terms, has_grown
    use kschur_kinds, only: wp, long
    use kschur_last_analysis, only: analyze_once, last_analysis_type
    use kschur_linear_solver, only: real_linear_solver_type, matrix_structure_type
@@ -21,7 +22,7 @@ module kschur_ldl
    public :: ldl_real_type
 
    !> Sparse LDL^T without pivoting. Rejects, with the reason as the error's message, unsymmetric matrices and multipliers
-   !> (error_usage), pivots of both signs (error_library) and pivots that are zero to rounding (error_singular).
+   !> (error_usage), indefinite ones with growth (error_library) and pivots that are zero to rounding (error_singular).
    type, extends(real_linear_solver_type) :: ldl_real_type
       !> Largest mean number of entries in a column of L; rejects matrices with more (error_library).
       integer :: most_entries = huge(1)
@@ -122,7 +123,7 @@ contains
          else if (self%quasi_definite .and. any(pivot > 0 .and. order > matrix%rows - multipliers)) then
             call new_error(error, error_singular, "a pivot of the matrix is zero to rounding")
          else if (.not. (self%quasi_definite .or. structure%singular) .and. any(pivot > 0) .and. any(pivot < 0)) then
-            call new_error(error, error_library, "the matrix is indefinite")
+            if (grows()) call new_error(error, error_library, "the matrix is indefinite")
          end if
          if (allocated(error)) return
          self%factor_entries = self%symbolic%factor_entries
@@ -132,10 +133,35 @@ contains
          self%replaced_pivots = count(abs(pivot) <= structure%least_pivot())
          self%negative_pivots = count(pivot < 0)
       end associate
-      self%description = "ldl: "//trim(merge("quasi-definite    ", "symmetric definite", self%quasi_definite))//", "// &
+      self%description = "ldl: "//kind_of_matrix()//", "// &
          text(self%symbolic%entries_a_column())//" entries a column"
 
    contains
+
+      ! Whether rounding may be large; of factors in single precision it is not computed.
+      pure logical function grows()
+         real(wp) :: terms(size(diagonal))
+
+         grows = self%rounded
+         if (grows) return
+         associate (symbolic => self%symbolic, factors => self%factors)
+            terms = abs(factors%pivot)
+            call add_terms(symbolic, factors, spread(.true., 1, size(symbolic%first) - 1), terms)
+            grows = any(has_grown(terms, diagonal(symbolic%order)))
+         end associate
+      end function grows
+
+      ! A singular one has pivots of rounding size, of either sign.
+      pure function kind_of_matrix() result(kind)
+         character(len=:), allocatable :: kind
+
+         kind = "symmetric definite"
+         if (self%quasi_definite) then
+            kind = "quasi-definite"
+         else if (.not. structure%singular .and. any(self%factors%pivot > 0) .and. self%negative_pivots > 0) then
+            kind = "symmetric indefinite"
+         end if
+      end function kind_of_matrix
 
       ! Whether no multiplier follows a replaced pivot: it would hold what seems free.
       pure logical function last_are_null()

@@ -195,6 +195,16 @@ def check_ldl(folder):
         _, other = solve(3, problem, "--modes", 12)
         _, again = solve(3, problem, "--modes", 12)
         check(f"{name} on 3 twice: the same digits", np.array_equal(values(other), values(again)), f"{values(other)} {values(again)}")
+    problem = folder / "amid.h5"
+    run(0, "scene", "block", "--cells", 6, "--output", problem)
+    amid = (problem, "--modes", 12, "--target", "0,20000")
+    _, alone = solve(0, *amid)
+    for processes in (1, 2, 3, 4):
+        status, answer = solve(processes, *amid)
+        check(f"amid the spectrum on {processes}: the same modes, counted", status == 0 and answer["certified"] is True and
+              np.all(abs(values(answer) - values(alone)) <= bounds(alone)), f"{status} {answer}"[:300])
+        words = run(processes, "solve", *amid, "--distribute", 1, "--threads", 1, "--verbose").stdout
+        check(f"amid the spectrum on {processes}: LDL", "ldl: symmetric indefinite, " in words, words[:300])
 
 
 def check_bands(folder):

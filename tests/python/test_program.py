@@ -213,10 +213,14 @@ def test_inner_solvers(folder):
           inner_of(folder / "undamped.h5").startswith("ldl: quasi-definite, "), inner_of(folder / "undamped.h5"))
     found = {inner: eigenvalues(solve(folder / "undamped.h5", "--inner", inner)[0]) for inner in ("ldl", "mumps")}
     check_values("--inner ldl: the modes of MUMPS where constraints are left", found["ldl"], found["mumps"])
-    run = kschur("solve", folder / "ties.h5", "--inner", "ldl", "--target", "0,2")
-    check_refused("--inner ldl amid the spectrum", 4, run, "ldl", "indefinite")
-    check("--inner auto: MUMPS amid the spectrum",
-          inner_of(folder / "ties.h5", "--modes", 2, "--target", "0,2") == "mumps: the matrix is indefinite")
+    words = (folder / "ties.h5", "--modes", 12, "--target", "0,300")
+    check("--inner auto: LDL amid the spectrum", inner_of(*words).startswith("ldl: symmetric indefinite, "), inner_of(*words))
+    found = {inner: eigenvalues(solve(*words, "--inner", inner)[0]) for inner in ("auto", "mumps")}
+    check_values("--inner auto: the modes of MUMPS amid the spectrum", found["auto"], found["mumps"])
+    words = (folder / "ties.h5", "--modes", 2, "--target", "0,800")
+    run = kschur("solve", *words, "--inner", "ldl")
+    check_refused("--inner ldl next to an eigenvalue of a leading block", 4, run, "ldl", "indefinite")
+    check("--inner auto: MUMPS there", inner_of(*words) == "mumps: the matrix is indefinite", inner_of(*words))
     check("the inner solver: only with --verbose", "inner" not in kschur("solve", folder / "ties.h5").stdout)
 
 

@@ -4,6 +4,7 @@ module kschur_joint_factors
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_fronts, only: supernodal_factors_type
    use kschur_joint_supernodes, only: joint_supernodes_type
+   use kschur_growth, only: add_terms, has_grown
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type
    use kschur_memory, only: integer_bytes, real_bytes, require_memory, return_memory
@@ -31,6 +32,8 @@ module kschur_joint_factors
          replaced = 0, all = 0
       !> Whether the replaced ones follow all multipliers.
       logical :: nulls_last = .true.
+      !> Whether rounding may be large, of a regular matrix without multipliers whose pivots have both signs.
+      logical :: have_grown = .false.
       !> Bytes of the factors in the process that has most.
       integer(long) :: bytes = 0
    end type pivot_counts_type
@@ -266,7 +269,7 @@ contains
       type(pivot_counts_type), intent(out) :: counts
       integer :: here(7), all(7), ends(2), last(2), before, j, k, p
       integer(long) :: bytes
-      real(wp) :: diagonal
+      real(wp) :: diagonal(size(self%unknown))
 
       here = 0
       ! The first column with a replaced pivot, with a minus sign, and the last one of a multiplier, among the common ones; those
@@ -275,13 +278,13 @@ contains
       before = self%symbolic%first(self%common%first) - 1
       do k = 1, size(self%unknown)
          j = self%column(k)
-         diagonal = 0
+         diagonal(k) = 0
          do p = self%matrix%row_start(j), self%matrix%row_start(j + 1) - 1
-            if (self%matrix%column(p) == j) diagonal = abs(self%matrix%value(p))
+            if (self%matrix%column(p) == j) diagonal(k) = abs(self%matrix%value(p))
          end do
          associate (pivot => self%factors%pivot(j), is_multiplier => self%unknown(k) > self%n - self%multipliers)
             here = here + merge(1, 0, [pivot < 0, .not. pivot > 0, .not. abs(pivot) <= huge(pivot), &
-               .not. abs(pivot) > bound*diagonal, pivot < 0 .and. .not. is_multiplier, pivot > 0 .and. is_multiplier, &
+               .not. abs(pivot) > bound*diagonal(k), pivot < 0 .and. .not. is_multiplier, pivot > 0 .and. is_multiplier, &
                .not. abs(pivot) > self%least])
             if (.not. abs(pivot) > self%least) ends(1) = max(ends(1), -max(j - before, 0))
             if (is_multiplier) ends(2) = max(ends(2), j - before, 0)
@@ -301,7 +304,26 @@ contains
       counts%replaced = all(7)
       counts%all = self%n
       counts%nulls_last = -last(1) > last(2)
+      if (self%multipliers == 0 .and. .not. self%least > 0 .and. all(1) > 0 .and. all(1) < self%n .and. counts%bytes > 0) &
+         counts%have_grown = self%common%any_of(grow(self, diagonal))
    end subroutine count_pivots
+
+   ! Whether rounding may be large in a row here; collective.
+   logical function grow(self, diagonal)
+      class(joint_factors_type), intent(in) :: self
+      !> Of the columns that are counted here.
+      real(wp), intent(in) :: diagonal(:)
+      real(wp) :: terms(size(self%symbolic%order), 1)
+      integer :: s
+
+      terms = 0
+      terms(self%column, 1) = abs(self%factors%pivot(self%column))
+      ! Each process has the diagonal blocks of the common supernodes.
+      call add_terms(self%symbolic, self%factors, [(s < self%common%first .or. self%common%leads, &
+         s=1, size(self%symbolic%first) - 1)], terms(:, 1))
+      call self%common%sum_rows(terms(self%symbolic%first(self%common%first):, :))
+      grow = any(has_grown(terms(self%column, 1), diagonal))
+   end function grow
 
    subroutine drop_matrix(self)
       class(joint_factors_type), intent(inout) :: self

@@ -1,5 +1,5 @@
-!> Direct solver for real symmetric definite matrices by LDL^T over several processes. The first process calls it; the others are in
-!> `kschur_joint_ldl_worker`.
+!> Direct solver for real symmetric matrices, definite or without growth, by LDL^T over several processes. The first process calls
+!> it; the others are in `kschur_joint_ldl_worker`.
 module kschur_joint_ldl
    use kschur_clock, only: clock, seconds_since
    use kschur_error, only: error_type, new_error, error_library, error_singular, error_usage
@@ -76,9 +76,22 @@ contains
       self%null_pivots = 0
       self%replaced_pivots = counts%replaced
       self%negative_pivots = counts%negative
-      self%description = "ldl: "//trim(merge("quasi-definite    ", "symmetric definite", structure%multipliers > 0))//", "// &
+      self%description = "ldl: "//trim(kind_of(counts, structure))//", "// &
          text(int(self%factor_entries/max(matrix%rows, 1)))//" entries a column, on "//text(self%processes%number)//" processes"
    end subroutine factorize
+
+   pure function kind_of(counts, structure) result(kind)
+      type(pivot_counts_type), intent(in) :: counts
+      type(matrix_structure_type), intent(in) :: structure
+      character(len=20) :: kind
+
+      kind = "symmetric definite"
+      if (structure%multipliers > 0) then
+         kind = "quasi-definite"
+      else if (.not. structure%singular .and. counts%negative > 0 .and. counts%negative < counts%all) then
+         kind = "symmetric indefinite"
+      end if
+   end function kind_of
 
    ! Checks signs and sizes of the pivots as `ldl_real_type` does.
    subroutine examine_counts(counts, structure, error)
@@ -95,8 +108,7 @@ contains
             call new_error(error, error_library, "the matrix is not quasi-definite")
          else if (quasi_definite .and. counts%positive_multipliers > 0) then
             call new_error(error, error_singular, "a pivot of the matrix is zero to rounding")
-         else if (.not. (quasi_definite .or. structure%singular) .and. counts%negative > 0 .and. &
-            counts%negative < counts%all) then
+         else if (.not. (quasi_definite .or. structure%singular) .and. counts%have_grown) then
             call new_error(error, error_library, "the matrix is indefinite")
          end if
       end associate
