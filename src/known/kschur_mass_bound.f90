@@ -45,7 +45,6 @@ contains
       ! The first is about the cost of a factorization; the second is when to estimate whether that many steps will do.
       integer, parameter :: most_steps = 200, few_steps = 60
       real(wp), parameter :: bounds(2) = [least_of_mass, usual_least_of_mass]
-      type(csr_matrix_type) :: scaled
       real(wp), allocatable :: scaling(:), previous(:, :), x(:, :), y(:, :)
       real(wp) :: alpha(most_steps), beta(0:most_steps), spread_bound, needed, last_margin
       integer(long) :: state
@@ -71,11 +70,11 @@ contains
       call random_vector(state, x(:, 1))
       where (.not. scaling > 0) x(:, 1) = 0
       x = x/norm2(x)
-      scaled = mass
-      call scaled%scale_entries(scaling, scaling)
       beta(0) = 0
       do k = 1, min(most_steps, mass%rows)
-         y = scaled%product(x) - beta(k - 1)*previous
+         y(:, 1) = scaling*x(:, 1)
+         y = mass%product(y)
+         y(:, 1) = scaling*y(:, 1) - beta(k - 1)*previous(:, 1)
          alpha(k) = dot_product(x(:, 1), y(:, 1))
          do i = 1, size(bounds)
             if (ritz_values_exceed(bounds(i) + margin(k), k)) smallest = max(bounds(i), smallest)

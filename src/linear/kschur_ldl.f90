@@ -133,7 +133,7 @@ contains
          self%replaced_pivots = count(abs(pivot) <= structure%least_pivot())
          self%negative_pivots = count(pivot < 0)
       end associate
-      self%description = "ldl: "//kind_of_matrix()//", "// &
+      self%description = "ldl: "//trim(kind_of_matrix())//", "// &
          text(self%symbolic%entries_a_column())//" entries a column"
 
    contains
@@ -153,7 +153,7 @@ contains
 
       ! A singular one has pivots of rounding size, of either sign.
       pure function kind_of_matrix() result(kind)
-         character(len=:), allocatable :: kind
+         character(len=20) :: kind
 
          kind = "symmetric definite"
          if (self%quasi_definite) then
