@@ -27,14 +27,14 @@ contains
       do s = 1, size(has_block)
          at = factors%offset(s)
          associate (last => symbolic%first(s + 1) - 1, row => symbolic%row(symbolic%start(s):symbolic%start(s + 1) - 1), &
-            size_of => abs(factors%pivot), lower => factors%lower)
+            pivot => factors%pivot, lower => factors%lower)
             do j = symbolic%first(s), last
-               if (has_block(s)) diagonal(j + 1:last) = diagonal(j + 1:last) + size_of(j)*lower(at:at + last - j - 1)**2
+               if (has_block(s)) diagonal(j + 1:last) = diagonal(j + 1:last) + abs(pivot(j))*lower(at:at + last - j - 1)**2
                at = at + last - j
             end do
             do j = symbolic%first(s), last
                do k = 1, size(row)
-                  diagonal(row(k)) = diagonal(row(k)) + size_of(j)*lower(at + k - 1)**2
+                  diagonal(row(k)) = diagonal(row(k)) + abs(pivot(j))*lower(at + k - 1)**2
                end do
                at = at + size(row)
             end do
