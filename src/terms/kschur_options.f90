@@ -51,12 +51,13 @@ module kschur_options
    !> Names of the constraint scalings, from `scaling_none` on.
    character(len=*), parameter, public :: scaling_names(0:2) = [character(len=6) :: "none", "scalar", "row"]
 
-   !> `ldl` if the matrix is symmetric and definite, or complex with a numerical range in a half plane; else `mumps`.
+   !> `ldl` if the matrix is symmetric and definite, or indefinite with factors that grow little, or complex with a numerical range in
+   !> a half plane; else `mumps`.
    integer, parameter, public :: inner_auto = 0
    !> MUMPS with METIS: any matrix.
    integer, parameter, public :: inner_mumps = 1
-   !> LDL^T without pivoting: symmetric matrices, definite except for multipliers, or complex ones with a numerical range in a half
-   !> plane.
+   !> LDL^T without pivoting: symmetric matrices, definite except for multipliers or with factors that grow little, or complex ones
+   !> with a numerical range in a half plane.
    integer, parameter, public :: inner_ldl = 2
    !> Flexible GMRES, preconditioned by factors in single precision, LDL^T where that fits, else MUMPS: if double-precision
    !> factors exceed memory.

@@ -3,8 +3,8 @@
 module kschur_joint_factors
    use kschur_error, only: error_type, new_error, error_memory
    use kschur_fronts, only: supernodal_factors_type
-   use kschur_joint_supernodes, only: joint_supernodes_type
    use kschur_growth, only: add_terms, has_grown
+   use kschur_joint_supernodes, only: joint_supernodes_type
    use kschur_kinds, only: wp, long
    use kschur_linear_solver, only: matrix_structure_type
    use kschur_memory, only: integer_bytes, real_bytes, require_memory, return_memory
@@ -32,7 +32,8 @@ module kschur_joint_factors
          replaced = 0, all = 0
       !> Whether the replaced ones follow all multipliers.
       logical :: nulls_last = .true.
-      !> Whether rounding may be large, of a regular matrix without multipliers whose pivots have both signs.
+      !> Whether rounding may be large, of a regular matrix without multipliers whose pivots have both signs; false if L is not
+      !> kept.
       logical :: have_grown = .false.
       !> Bytes of the factors in the process that has most.
       integer(long) :: bytes = 0
@@ -304,8 +305,8 @@ contains
       counts%replaced = all(7)
       counts%all = self%n
       counts%nulls_last = -last(1) > last(2)
-      if (self%multipliers == 0 .and. .not. self%least > 0 .and. all(1) > 0 .and. all(1) < self%n .and. counts%bytes > 0) &
-         counts%have_grown = self%common%any_of(grow(self, diagonal))
+      if (self%multipliers == 0 .and. .not. self%least > 0 .and. all(1) > 0 .and. all(1) < self%n .and. all(4) == 0 .and. &
+         counts%bytes > 0)          counts%have_grown = self%common%any_of(grow(self, diagonal))
    end subroutine count_pivots
 
    ! Whether rounding may be large in a row here; collective.
