@@ -51,8 +51,8 @@ module kschur_options
    !> Names of the constraint scalings, from `scaling_none` on.
    character(len=*), parameter, public :: scaling_names(0:2) = [character(len=6) :: "none", "scalar", "row"]
 
-   !> `ldl` if the matrix is symmetric and definite, or indefinite with factors that grow little, or complex with a numerical range in
-   !> a half plane; else `mumps`.
+   !> `ldl` if the matrix is symmetric and definite, or indefinite with factors that grow little, or complex with a numerical range
+   !> in a half plane; else `mumps`.
    integer, parameter, public :: inner_auto = 0
    !> MUMPS with METIS: any matrix.
    integer, parameter, public :: inner_mumps = 1
