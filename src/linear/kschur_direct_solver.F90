@@ -48,6 +48,9 @@ module kschur_direct_solver
       procedure :: forget_factors
    end type direct_real_type
 
+   ! Smaller indefinite matrices are factored with pivoting, which costs them nothing and loses no digits.
+   integer, parameter :: least_unpivoted = 500
+
 contains
 
    subroutine factorize(self, matrix, structure, error)
@@ -160,6 +163,9 @@ contains
       if (backward_error > merge(above_all_rounding, accepted_backward_error, is_joint .and. structure%multipliers > 0 .and. &
          self%refinements == 0)) then
          call new_error(error, error_library, "a trial solution has a large residual")
+      else if (self%inner == inner_auto .and. matrix%rows < least_unpivoted .and. structure%multipliers == 0 .and. &
+         .not. structure%singular .and. ldl%negative_pivots > 0 .and. ldl%negative_pivots < matrix%rows) then
+         call new_error(error, error_library, "the matrix is indefinite")
       else
          ! As for a definite matrix with constraints.
          if (structure%singular .and. structure%multipliers > 0 .and. .not. is_joint .and. &

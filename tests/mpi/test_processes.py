@@ -205,7 +205,7 @@ def check_ldl(folder):
               np.all(abs(values(answer) - values(alone)) <= bounds(alone)), f"{status} {answer}"[:300])
         words = run(processes, "solve", *amid, "--distribute", 1, "--threads", 1, "--verbose").stdout
         check(f"amid the spectrum on {processes}: LDL", "ldl: symmetric indefinite, " in words, words[:300])
-    run(0, "scene", "grid", "--cells", "3x2", "--damping", "none", "--output", problem)
+    run(0, "scene", "grid", "--cells", "6x4", "--damping", "none", "--output", problem)
     for processes in (1, 2, 3, 4):
         words = run(processes, "solve", problem, "--modes", 2, "--target", "0,800", "--distribute", 1, "--threads", 1, "--verbose").stdout
         check(f"factors that grow on {processes}: MUMPS", "mumps: the matrix is indefinite" in words, words[:300])
