@@ -48,7 +48,7 @@ module kschur_direct_solver
       procedure :: forget_factors
    end type direct_real_type
 
-   ! Smaller indefinite matrices are factored with pivoting, which costs them nothing and loses no digits.
+   ! Indefinite matrices with fewer rows are factored with pivoting, which takes them no time and keeps more digits. Chosen.
    integer, parameter :: least_unpivoted = 500
 
 contains

@@ -306,7 +306,7 @@ contains
       counts%all = self%n
       counts%nulls_last = -last(1) > last(2)
       if (self%multipliers == 0 .and. .not. self%least > 0 .and. all(1) > 0 .and. all(1) < self%n .and. all(4) == 0 .and. &
-         counts%bytes > 0)          counts%have_grown = self%common%any_of(grow(self, diagonal))
+         counts%bytes > 0) counts%have_grown = self%common%any_of(grow(self, diagonal))
    end subroutine count_pivots
 
    ! Whether rounding may be large in a row here; collective.
